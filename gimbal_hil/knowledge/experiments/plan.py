@@ -30,7 +30,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from firmware_protocol.documents import Strict, read_yaml, validated
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.knowledge.experiments.references import ANY_REFERENCE, SHAPES, AnyReference, without_units
-from gimbal_hil.loop.control.layout import Mode
+from gimbal_hil.loop.control import Mode
 from gimbal_hil.loop.host import (
     AXIS_NAMES,
     UNNAMED,

@@ -16,7 +16,7 @@ from pydantic import Field, TypeAdapter
 
 from firmware_protocol.documents import Strict
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.loop.control.layout import Mode
+from gimbal_hil.loop.control import Mode
 from gimbal_hil.loop.host import AxisCommand, Guard, ReferenceOrigin, Shape
 
 #: unit of a value, of its slope and of its curvature

@@ -11,7 +11,7 @@ import numpy as np
 from gimbal_hil.data.runs import AXES, EventKind, RecordedRun, columns_of
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.identification.averaging import Vector
-from gimbal_hil.loop.control.layout import Mode
+from gimbal_hil.loop.control import Mode
 
 #: without references, a change of block speed by this share of the larger one starts a new stretch
 _SPEED_CHANGE = 0.2

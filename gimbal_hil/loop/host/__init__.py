@@ -1,6 +1,6 @@
 """The host: supervisor and control of one antenna, from block to block or from mail to mail."""
 
-from gimbal_hil.loop.control.layout import Mode
+from gimbal_hil.loop.control import Mode
 from gimbal_hil.loop.host import layout
 from gimbal_hil.loop.host.core import host_tick
 from gimbal_hil.loop.host.events import AXIS_NAMES, HostEvent, word_of
@@ -9,7 +9,35 @@ from gimbal_hil.loop.host.frame_tick import encode_host_mail, host_block_tick
 from gimbal_hil.loop.host.guard_table import DRIVE_GUARDS, HOST_GUARDS
 from gimbal_hil.loop.host.host import Host
 from gimbal_hil.loop.host.image import IMAGE_WORDS, image_of, stand_as
-from gimbal_hil.loop.host.layout import LEAST_BRAKING_SHARE, MOMENTUM_WINDOW_S
+from gimbal_hil.loop.host.layout import (
+    AXES,
+    AXIS_C,
+    AXIS_C_SIZE,
+    AXIS_G,
+    AXIS_G_SIZE,
+    AXIS_H,
+    AXIS_H_SIZE,
+    BASE_RATE,
+    DRIVE_STATE,
+    EVENT_CAPACITY,
+    EVENT_COUNT,
+    LEAST_BRAKING_SHARE,
+    MEASURED_RATE,
+    MODE,
+    MOMENTUM_WINDOW_S,
+    MOST_TORQUE,
+    MUTED,
+    RECORD_EVERY,
+    REQUESTS,
+    REST_RATE,
+    SEGMENT,
+    SEGMENT_RUNS,
+    SEGMENT_SIZE,
+    TICK_SEGMENT,
+    TORQUE_STEP,
+    axis_c,
+    axis_h,
+)
 from gimbal_hil.loop.host.memory import (
     C_AT,
     COUNTERS_AT,
@@ -37,10 +65,21 @@ from gimbal_hil.loop.host.states import (
 from gimbal_hil.loop.host.tick_row import LOG_WORDS, MEASURED, ROW_WORDS, write_row
 
 __all__ = [
+    "AXES",
+    "AXIS_C",
+    "AXIS_C_SIZE",
+    "AXIS_G",
+    "AXIS_G_SIZE",
+    "AXIS_H",
+    "AXIS_H_SIZE",
     "AXIS_NAMES",
+    "BASE_RATE",
     "COUNTERS_AT",
     "C_AT",
     "DRIVE_GUARDS",
+    "DRIVE_STATE",
+    "EVENT_CAPACITY",
+    "EVENT_COUNT",
     "GUARD_CAUSES",
     "HOST_GUARDS",
     "HOST_OCTETS",
@@ -50,12 +89,24 @@ __all__ = [
     "LOG_WORDS",
     "MAIL_AT",
     "MEASURED",
+    "MEASURED_RATE",
+    "MODE",
     "MOMENTUM_WINDOW_S",
+    "MOST_TORQUE",
+    "MUTED",
     "OCTETS_AT",
     "RECEIVERS_AT",
+    "RECORD_EVERY",
+    "REQUESTS",
+    "REST_RATE",
     "ROWS_KEPT",
     "ROW_WORDS",
+    "SEGMENT",
+    "SEGMENT_RUNS",
+    "SEGMENT_SIZE",
     "SENT_AT",
+    "TICK_SEGMENT",
+    "TORQUE_STEP",
     "UNNAMED",
     "AxisCommand",
     "EndCondition",
@@ -76,6 +127,8 @@ __all__ = [
     "Segment",
     "Shape",
     "UnnamedAxis",
+    "axis_c",
+    "axis_h",
     "encode_host_mail",
     "host_block_tick",
     "host_tick",

@@ -11,7 +11,7 @@ import numpy as np
 from firmware_protocol import mail as m
 from firmware_protocol.block_codec import quantise
 from firmware_protocol.compiling import FLOATS, INTEGER, INTEGERS, compiled, part
-from gimbal_hil.loop.control.layout import TORQUE
+from gimbal_hil.loop.control import TORQUE
 from gimbal_hil.loop.host.acting import follow, let_go, slow_down
 from gimbal_hil.loop.host.drive import may_reset_fault, send_control
 from gimbal_hil.loop.host.event_ring import enter_state, report

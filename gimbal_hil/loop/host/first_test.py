@@ -15,8 +15,7 @@ import numpy as np
 
 from firmware_protocol import mail as m
 from firmware_protocol.enumerations import FaultCode
-from gimbal_hil.loop.control import gravity_torques
-from gimbal_hil.loop.control.layout import TORQUE, TORQUE_LIMIT, Mode
+from gimbal_hil.loop.control import TORQUE, TORQUE_LIMIT, Mode, gravity_torques
 from gimbal_hil.loop.host import layout
 from gimbal_hil.loop.host.host import Host
 from gimbal_hil.loop.host.layout import MOMENTUM_WINDOW_S

@@ -7,8 +7,7 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import compiled
-from gimbal_hil.loop.control import clamp
-from gimbal_hil.loop.control.layout import PREFILTER_RATE, RATE_REFERENCE_LIMIT, TORQUE, Mode
+from gimbal_hil.loop.control import PREFILTER_RATE, RATE_REFERENCE_LIMIT, TORQUE, Mode, clamp
 from gimbal_hil.loop.host.direction import angle_between, direction_now, joints_of, looks_along, nearest_turn
 from gimbal_hil.loop.host.event_ring import report
 from gimbal_hil.loop.host.keyhole import elevation_beside, planned_azimuth

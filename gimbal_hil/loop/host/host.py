@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.loop.control.layout import GIVEN_TABLE, LEARNED_BINS, LEARNED_TABLE, TORQUE, TORQUE_LIMIT, Mode
+from gimbal_hil.loop.control import GIVEN_TABLE, LEARNED_BINS, LEARNED_TABLE, TORQUE, TORQUE_LIMIT, Mode
 from gimbal_hil.loop.host import layout
 from gimbal_hil.loop.host.events import AXIS_NAMES, HostEvent, host_event
 from gimbal_hil.loop.host.frame_tick import host_frame_tick

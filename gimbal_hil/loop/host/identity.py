@@ -9,7 +9,7 @@ import numpy as np
 from firmware_protocol import mail as m
 from firmware_protocol.compiling import compiled
 from firmware_protocol.schema import PROTOCOL_VERSION, TORQUE_STEP_NM
-from gimbal_hil.loop.control.layout import TORQUE_LIMIT
+from gimbal_hil.loop.control import TORQUE_LIMIT
 from gimbal_hil.loop.host.event_ring import report
 from gimbal_hil.loop.host.layout import (
     AXES,

@@ -19,7 +19,7 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled
 from firmware_protocol.elementary import sine_cosine
-from gimbal_hil.loop.control.layout import PREFILTER_RATE, RATE_REFERENCE_LIMIT
+from gimbal_hil.loop.control import PREFILTER_RATE, RATE_REFERENCE_LIMIT
 from gimbal_hil.loop.host.direction import Vector
 from gimbal_hil.loop.host.layout import AXIS_C, KEYHOLE_SIDE
 

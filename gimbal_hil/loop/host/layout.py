@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from gimbal_hil.loop.control.layout import CONTROL_PARAMETERS, CONTROL_STATES
+from gimbal_hil.loop.control import CONTROL_PARAMETERS, CONTROL_STATES
 
 OUTER, INNER, AXES = 0, 1, 2
 #: window of the runaway guard, in which the configured disturbance adds up

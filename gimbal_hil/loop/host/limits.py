@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import compiled
-from gimbal_hil.loop.control.layout import LOOP_ERROR, RATE_REFERENCE_LIMIT, TORQUE_LIMIT, Mode
+from gimbal_hil.loop.control import LOOP_ERROR, RATE_REFERENCE_LIMIT, TORQUE_LIMIT, Mode
 from gimbal_hil.loop.host.event_ring import report
 from gimbal_hil.loop.host.layout import (
     AXES,

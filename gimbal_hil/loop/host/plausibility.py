@@ -11,8 +11,7 @@ import numpy as np
 
 from firmware_protocol import mail as m
 from firmware_protocol.compiling import compiled
-from gimbal_hil.loop.control import gravity_torques
-from gimbal_hil.loop.control.layout import TORQUE
+from gimbal_hil.loop.control import TORQUE, gravity_torques
 from gimbal_hil.loop.host.layout import (
     AXES,
     AXIS_C,

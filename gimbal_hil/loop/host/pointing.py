@@ -13,7 +13,7 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled
 from firmware_protocol.elementary import sine_cosine
-from gimbal_hil.loop.control.layout import Mode
+from gimbal_hil.loop.control import Mode
 from gimbal_hil.loop.host.base_now import mean_rates
 from gimbal_hil.loop.host.event_ring import report
 from gimbal_hil.loop.host.layout import (

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.loop.control.layout import Mode
+from gimbal_hil.loop.control import Mode
 from gimbal_hil.loop.host import layout
 from gimbal_hil.loop.host.program_check import PARAMETER_COUNT, TABLES, require_program
 from gimbal_hil.loop.host.states import AxisOff, EndKind, ReferenceOrigin, Shape, UnnamedAxis

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol.documents import LARGEST_NUMBER
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.loop.control.layout import Mode
+from gimbal_hil.loop.control import Mode
 from gimbal_hil.loop.host import layout
 from gimbal_hil.loop.host.states import EndKind, ReferenceOrigin, Shape
 

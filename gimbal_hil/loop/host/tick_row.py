@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import compiled
-from gimbal_hil.loop.control.layout import TORQUE, Mode
+from gimbal_hil.loop.control import TORQUE, Mode
 from gimbal_hil.loop.host.layout import (
     AXES,
     AXIS_G,

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from firmware_protocol.enumerations import StopReaction
 from firmware_protocol.schema import TORQUE_STEP_NM, name_code
+from gimbal_hil.loop.control import AntiWindup
 from gimbal_hil.loop.control import layout as control
-from gimbal_hil.loop.control.layout import AntiWindup
 from gimbal_hil.loop.host import MOMENTUM_WINDOW_S, UnnamedAxis, layout
 from gimbal_hil.loop.settings.axis import AntiWindupChoice, AxisSettings
 from gimbal_hil.loop.settings.daemon import DaemonSettings

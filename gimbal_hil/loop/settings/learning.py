@@ -10,7 +10,7 @@ import yaml
 from pydantic import Field, model_validator
 
 from firmware_protocol.documents import Strict, read_yaml, validated
-from gimbal_hil.loop.control.layout import LEARNED_BINS
+from gimbal_hil.loop.control import LEARNED_BINS
 
 Positive = Annotated[float, Field(gt=0.0)]
 #: bin of the turn, torque in the positive and in the negative direction, N m

@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from firmware_protocol.compiling import entry_point
-from gimbal_hil.loop.control import AntiWindup, Mode, axis_torque
-from gimbal_hil.loop.control.layout import (
+from gimbal_hil.loop.control import (
     CONTROL_PARAMETERS,
     CONTROL_STATES,
     POSITION_ANTI_WINDUP,
@@ -27,6 +26,9 @@ from gimbal_hil.loop.control.layout import (
     RATE_REFERENCE_LIMIT,
     TORQUE_LIMIT,
     TORQUE_SCALE,
+    AntiWindup,
+    Mode,
+    axis_torque,
 )
 from sim_backend.layout import FRICTION, STEP_S, STEPS, STEPS_PER_TICK
 from sim_backend.model import AntennaModel, plant_arrays

@@ -12,7 +12,12 @@ from typing import Any
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, EXIT_SAFETY_STOP
 from gimbal_hil.loop.host import (
+    AXES,
+    BASE_RATE,
+    DRIVE_STATE,
     IMAGE_WORDS,
+    MEASURED_RATE,
+    REST_RATE,
     EventCode,
     FirstTest,
     FirstTestState,
@@ -21,10 +26,11 @@ from gimbal_hil.loop.host import (
     HostState,
     LinkStatus,
     Program,
+    axis_c,
+    axis_h,
     image_of,
     word_of,
 )
-from gimbal_hil.loop.host.layout import AXES, BASE_RATE, DRIVE_STATE, MEASURED_RATE, REST_RATE, axis_c, axis_h
 from gimbal_hil.loop.timing import Clock, Duration, Miss, MissCause, RingReader, Tick
 from gimbal_hil.realtime.daemon.heartbeat import Heartbeat
 from gimbal_hil.realtime.daemon.lease import Lease

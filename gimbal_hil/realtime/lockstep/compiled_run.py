@@ -11,23 +11,21 @@ from firmware_protocol.schema import RECORD_SIZE, Direction
 from gimbal_hil.loop.host import (
     C_AT,
     COUNTERS_AT,
+    EVENT_CAPACITY,
+    EVENT_COUNT,
     H_AT,
     MAIL_AT,
     OCTETS_AT,
     RECEIVERS_AT,
-    encode_host_mail,
-    host_tick,
-    write_row,
-)
-from gimbal_hil.loop.host.layout import (
-    EVENT_CAPACITY,
-    EVENT_COUNT,
     RECORD_EVERY,
     REQUESTS,
     SEGMENT,
     SEGMENT_RUNS,
     SEGMENT_SIZE,
     TICK_SEGMENT,
+    encode_host_mail,
+    host_tick,
+    write_row,
 )
 from sim_backend.device import DRIVE, device_tick, encode_device_mail
 

@@ -10,8 +10,7 @@ import numpy as np
 
 from firmware_protocol import mail as m
 from firmware_protocol.compiling import assembled_entry_point, compiled
-from gimbal_hil.loop.host import C_AT, COUNTERS_AT, H_AT, MAIL_AT, OCTETS_AT, host_tick
-from gimbal_hil.loop.host.layout import MUTED, REQUESTS, SEGMENT_RUNS
+from gimbal_hil.loop.host import C_AT, COUNTERS_AT, H_AT, MAIL_AT, MUTED, OCTETS_AT, REQUESTS, SEGMENT_RUNS, host_tick
 from sim_backend.base_motion import base_attitude
 from sim_backend.device import DRIVE, device_tick
 from sim_backend.layout import POSITION, STEP_S, STEPS

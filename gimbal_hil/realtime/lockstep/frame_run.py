@@ -6,8 +6,7 @@ import numpy as np
 
 from firmware_protocol.compiling import assembled_entry_point, compiled
 from firmware_protocol.schema import Direction
-from gimbal_hil.loop.host import HOST_OCTETS, MAIL_AT, SENT_AT, host_block_tick
-from gimbal_hil.loop.host.layout import EVENT_COUNT, REQUESTS, SEGMENT_RUNS
+from gimbal_hil.loop.host import EVENT_COUNT, HOST_OCTETS, MAIL_AT, REQUESTS, SEGMENT_RUNS, SENT_AT, host_block_tick
 from gimbal_hil.realtime.lockstep.compiled_run import MOST_FRAMES, events_fit, log_frames
 from sim_backend.device import ANSWER_AT, DEVICE_OCTETS, device_block_tick, device_tick
 

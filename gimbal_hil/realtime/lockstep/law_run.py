@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from firmware_protocol import mail as m
 from firmware_protocol.block_codec import quantise
 from firmware_protocol.compiling import assembled_entry_point, compiled
-from gimbal_hil.loop.control.layout import BASE_RATE_SHARE, LOOP_ERROR, SHAPED_RATE, TORQUE, TORQUE_LIMIT, Mode
-from gimbal_hil.loop.host import C_AT, COUNTERS_AT, H_AT, LOG_WORDS, MAIL_AT, OCTETS_AT, host_tick, write_row
-from gimbal_hil.loop.host.layout import (
+from gimbal_hil.loop.control import BASE_RATE_SHARE, LOOP_ERROR, SHAPED_RATE, TORQUE, TORQUE_LIMIT, Mode
+from gimbal_hil.loop.host import (
     AXIS_C,
     AXIS_C_SIZE,
     AXIS_G,
@@ -20,12 +19,20 @@ from gimbal_hil.loop.host.layout import (
     AXIS_H,
     AXIS_H_SIZE,
     BASE_RATE,
+    C_AT,
+    COUNTERS_AT,
+    H_AT,
+    LOG_WORDS,
+    MAIL_AT,
     MEASURED_RATE,
     MODE,
     MOST_TORQUE,
+    OCTETS_AT,
     REQUESTS,
     SEGMENT_RUNS,
     TORQUE_STEP,
+    host_tick,
+    write_row,
 )
 from gimbal_hil.loop.settings import DaemonSettings
 from gimbal_hil.realtime.lockstep.paths import CHUNK_ROWS, CompiledPath, Recorded

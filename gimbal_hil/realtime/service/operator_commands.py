@@ -10,7 +10,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from firmware_protocol.documents import Strict
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.loop.control.layout import Mode
+from gimbal_hil.loop.control import Mode
 from gimbal_hil.loop.host import AXIS_NAMES, UNNAMED, AxisCommand, Program, ReferenceOrigin, Segment, Shape, program_of
 
 _MODES = {mode.name.lower(): mode for mode in Mode}

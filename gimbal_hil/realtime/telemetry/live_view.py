@@ -15,7 +15,7 @@ import numpy as np
 from firmware_protocol import schema
 from firmware_protocol.enumerations import DriveState, FaultCode
 from gimbal_hil.data.runs import AXES, TICK_ROW
-from gimbal_hil.loop.control.layout import Mode
+from gimbal_hil.loop.control import Mode
 from gimbal_hil.loop.host import GUARD_CAUSES, HostState, LinkStatus, PointingState, word_of
 from gimbal_hil.loop.timing import MISS_CODE, Histogram, MissCause
 from gimbal_hil.realtime.telemetry.records import Exchange
