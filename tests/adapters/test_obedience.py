@@ -202,6 +202,9 @@ class Told:
     def starve(self) -> list[CanFrame]:
         return [CanFrame(3, b"starved")]
 
+    def leave(self) -> list[CanFrame]:
+        return [CanFrame(4, b"left")]
+
     def reset(self) -> list[CanFrame]:
         return []
 
@@ -212,10 +215,15 @@ class Told:
         self.sample = AxisSample(updates=self.sample.updates + 1, power=power)
 
 
-@given(words=st.lists(st.one_of(st.none(), st.sampled_from(Power)), min_size=1, max_size=80), stop=st.booleans())
+@given(
+    words=st.lists(st.one_of(st.none(), st.sampled_from(Power)), min_size=1, max_size=80)
+    | st.lists(st.sampled_from((None, Power.ON)), min_size=30, max_size=80),
+    stop=st.booleans(),
+    asked_again=st.booleans(),
+)
 @settings(max_examples=300, deadline=None)
 def test_an_order_is_repeated_until_a_newer_word_and_nobody_is_fed_who_does_not_obey(
-    words: list[Power | None], stop: bool
+    words: list[Power | None], stop: bool, asked_again: bool
 ) -> None:
     drive = Told()
     drive.says(Power.OFF)
@@ -226,6 +234,8 @@ def test_an_order_is_repeated_until_a_newer_word_and_nobody_is_fed_who_does_not_
     assert not obedience.is_done()
     late = 0
     for number, word in enumerate(words):
+        if asked_again:
+            obedience.give(order)  # the one that stands: its time goes on
         given_up = obedience.gave_up() or obedience.starving
         sent = [frame.data for frame in obedience.frames()]
         heeds = obedience.is_done()
