@@ -15,16 +15,15 @@ import pytest
 from gimbal_hil.loop.host import HostState
 from tests.adapters.faults import MAKES, MOTIONS, ROWS, Row, outcome, rig_of, spoilt
 from tests.adapters.rig import AdapterRig
+from tests.parts import heavy_but
 
 #: the whole matrix takes minutes; one make whose drives answer when asked, and one that speaks by itself, in any run
 _SOON = ("moteus", "dbc")
 
 
-@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("motion", heavy_but(("slow", "pushed"), MOTIONS))
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name)
-@pytest.mark.parametrize(
-    "make", [make if make in _SOON else pytest.param(make, marks=pytest.mark.heavy) for make in MAKES]
-)
+@pytest.mark.parametrize("make", heavy_but(_SOON, MAKES))
 def test_spoilt_feedback_is_noticed_before_the_axis_has_gone_far(
     make: str, row: Row, motion: str, tmp_path: Path
 ) -> None:

@@ -150,6 +150,7 @@ def test_friction_is_identified_and_written_under_the_axis_own_name(
     )
 
 
+@pytest.mark.heavy
 def test_what_the_model_lacks_is_named_on_the_axis_own_name(folder: Path) -> None:
     hidden = load_model(folder / "model.yaml").with_effect(
         "cogging", "azimuth", {"amplitude": 0.06, "order": 12.0, "phase": 0.7}

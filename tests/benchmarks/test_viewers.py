@@ -14,6 +14,7 @@ def test_neighbouring_stretches_are_compared_whichever_came_first() -> None:
     assert ratios(pairs, "p50_us") == (1.25, 1.0, 1.5) and ratios(pairs, "p99_us") == (0.75, 0.5, 1.0)
 
 
+@pytest.mark.heavy
 def test_a_short_comparison_counts_its_ticks_and_finds_no_miss_that_viewers_caused() -> None:
     pairs = measured(2, 1.5, 5)
     for alone, looked in pairs:

@@ -75,6 +75,7 @@ def verdict_of(
     } | more
 
 
+@pytest.mark.heavy
 def test_the_same_seed_and_name_draw_the_same_case_and_another_seed_another() -> None:
     job = next(job for job in all_jobs() if job.kind == "pair")
     first, again = (draw(job.seed(4), **job.arguments, **SHORT) for _ in range(2))
@@ -144,6 +145,7 @@ def test_five_wrong_numbers_are_20_to_33_percent_off_in_the_antenna_not_in_the_m
     assert len(plain) >= 5 and all(0.199 <= abs(change) <= 0.331 for change in plain.values())
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("name", "axis"), [("inertia", "inner"), ("dynamic_unbalance", "inner")])
 def test_what_is_hidden_in_a_body_leaves_it_a_body(name: str, axis: str) -> None:
     drawn = 0

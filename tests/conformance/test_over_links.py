@@ -49,6 +49,7 @@ def test_an_antenna_in_another_process_meets_the_requirements(
     assert code == 0 and len(findings) == len(SOME)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("kind", [pytest.param("unix", marks=pytest.mark.heavy), "serial"])
 def test_an_antenna_that_waits_in_another_process_meets_every_requirement(
     kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -22,6 +22,7 @@ from gimbal_hil.data.runs import open_run
 from gimbal_hil.realtime.operator.client import OperatorClient
 from gimbal_hil.surface.cli.app import run as run_command
 from tests.daemon.daemons import PATIENCE_S, Json, RunningDaemon, patient_configuration
+from tests.parts import heavy_but
 
 pytestmark = pytest.mark.realtime
 
@@ -71,7 +72,7 @@ def plants() -> Iterator[list[RunningPlant]]:
             plant.process.communicate()
 
 
-@pytest.mark.parametrize("kind", list(LINKS))
+@pytest.mark.parametrize("kind", heavy_but(("unix",), LINKS))
 def test_a_step_over_a_real_driver_stack_and_an_antenna_that_goes_away_and_comes_back(
     tmp_path: Path, plants: list[RunningPlant], kind: str
 ) -> None:
@@ -98,7 +99,7 @@ def test_a_step_over_a_real_driver_stack_and_an_antenna_that_goes_away_and_comes
     assert_stopped_while_the_antenna_was_away(run)
 
 
-@pytest.mark.parametrize("kind", ["serial", "unix"])
+@pytest.mark.parametrize("kind", heavy_but(("unix",), ("serial", "unix")))
 def test_the_first_test_passes_over_a_real_driver_stack_before_anything_else_moves(
     tmp_path: Path, plants: list[RunningPlant], kind: str
 ) -> None:

@@ -8,7 +8,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 
+
+@pytest.mark.heavy
 def test_no_guard_can_be_taken_out_unnoticed() -> None:
     """Each mutant is the drive's source without one guard, interpreted because compiling it anew would take minutes."""
     done = subprocess.run(

@@ -36,6 +36,7 @@ def test_nothing_is_named_where_nothing_is_missing() -> None:
     assert corrected_model(result) is None
 
 
+@pytest.mark.heavy
 def test_a_cause_outside_the_catalogue_is_not_given_a_name() -> None:
     case = draw(308, ["hum_in_time"], axis="outer", outside_cause=True, magnitude=15.0, duration_s=24.0)
     verdict = _verdict_on(case)
@@ -43,6 +44,7 @@ def test_a_cause_outside_the_catalogue_is_not_given_a_name() -> None:
     assert verdict["verdict"] == "unexplained" and verdict["where"]
 
 
+@pytest.mark.heavy
 def test_a_stop_that_hardens_is_described_as_a_curve_over_position_that_the_model_gains() -> None:
     case = draw(3600, ["hardening_stop"], axis="outer", outside_cause=True, magnitude=20.0, duration_s=24.0)
     result = diagnose(_request(case))
@@ -58,6 +60,7 @@ def test_a_stop_that_hardens_is_described_as_a_curve_over_position_that_the_mode
     assert "looks like torque on outer over position" in verdict["text"]
 
 
+@pytest.mark.heavy
 def test_what_a_joint_did_a_moment_ago_takes_the_name_from_a_part_of_it() -> None:
     # grease that motion works is no viscous friction: what is left goes with recent motion
     case = draw(308, ["worked_grease"], axis="inner", outside_cause=True, magnitude=15.0, duration_s=24.0)
@@ -65,6 +68,7 @@ def test_what_a_joint_did_a_moment_ago_takes_the_name_from_a_part_of_it() -> Non
     assert all(one["status"] != "named" and one["probability"] < 0.5 for one in verdict["effects"])
 
 
+@pytest.mark.heavy
 def test_a_joint_that_runs_tighter_on_one_side_is_named_over_a_part_of_a_turn() -> None:
     # one swing a turn over less than a turn is any smooth curve: of friction, that is what the name says
     case = draw(5056, ["position_dependent_friction"])
@@ -73,6 +77,7 @@ def test_a_joint_that_runs_tighter_on_one_side_is_named_over_a_part_of_a_turn() 
     assert verdict["effects"][0]["parameters"]["order"]["value"] == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.heavy
 def test_as_many_orders_as_are_looked_for_draw_any_curve_and_are_no_ripple() -> None:
     case = draw(3117201641154981117, ["position_bump"], axis="inner", outside_cause=True)
     verdict = _verdict_on(case)
@@ -114,6 +119,7 @@ def test_numbers_that_are_far_off_are_all_kept_where_floors_fall_under_them(seed
     assert outcome(case.truth, verdict) is Outcome.EXACT and verdict["verdict"] == "named"
 
 
+@pytest.mark.heavy
 def test_a_second_cause_under_the_first_ones_floor_is_looked_for() -> None:
     # presliding alone explains this data to the floor that was read while its own wide-band trace passed for noise
     case = draw(30033, count=2)
@@ -121,6 +127,7 @@ def test_a_second_cause_under_the_first_ones_floor_is_looked_for() -> None:
     assert outcome(case.truth, verdict) is Outcome.EXACT
 
 
+@pytest.mark.heavy
 def test_a_cause_that_the_hold_out_has_no_trace_of_is_suspected_with_the_run_that_would_show_it() -> None:
     # the fitted logs run into the actuator's limit all the time, the hold-out never comes near it
     case = draw(10038, ["saturation"], axis="outer")
@@ -130,6 +137,7 @@ def test_a_cause_that_the_hold_out_has_no_trace_of_is_suspected_with_the_run_tha
     assert all(error < 0.01 and covered for _, error, covered in parameter_errors(case.truth, verdict))
 
 
+@pytest.mark.heavy
 def test_a_limit_far_below_what_a_loop_that_winds_up_commands_is_found() -> None:
     # a quarter of the samples of one log ask for more than the limit, the largest for six times as much
     case = draw(7000, ["saturation"], axis="outer", magnitude=300.0, duration_s=24.0)

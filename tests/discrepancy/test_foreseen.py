@@ -46,7 +46,10 @@ def gap_of(effect: str, axis: str, **parameters: float) -> float:
 
 @pytest.mark.parametrize(
     ("effect", "parameters"),
-    [("coulomb_asymmetry", {"asymmetry": 1.0}), ("cogging", {"amplitude": 1.0, "order": 12.0, "phase": 0.4})],
+    [
+        ("coulomb_asymmetry", {"asymmetry": 1.0}),
+        pytest.param("cogging", {"amplitude": 1.0, "order": 12.0, "phase": 0.4}, marks=pytest.mark.heavy),
+    ],
 )
 def test_an_effect_shows_from_the_size_that_was_foreseen(
     before: Foreseen, effect: str, parameters: dict[str, float]
@@ -93,6 +96,7 @@ def test_what_commands_never_tell_apart_is_told_as_such(before: Foreseen) -> Non
     assert frozenset(("cable_spring", "torque_offset")) not in never
 
 
+@pytest.mark.heavy
 def test_the_command_tells_it_before_any_run(capsys: pytest.CaptureFixture[str]) -> None:
     said = []
     for words in ([], ["--json"]):

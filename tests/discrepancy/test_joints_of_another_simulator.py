@@ -9,6 +9,7 @@ import pytest
 from tests.rigs import drawn, turret, worn
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("name", "motion", "seed"), [("9-45", "sweeps", 9045), ("10-62", "turns", 10062)])
 def test_a_gain_is_not_three_numbers_that_are_off_alike(name: str, motion: str, seed: int, tmp_path: Path) -> None:
     said = drawn.asked(tmp_path, name, "gain", motion, seed)
@@ -16,12 +17,14 @@ def test_a_gain_is_not_three_numbers_that_are_off_alike(name: str, motion: str, 
     assert said["verdict"]["verdict"] == "named" and said["judged"] == "right"
 
 
+@pytest.mark.heavy
 def test_a_curve_over_position_takes_no_name_from_an_inertia(tmp_path: Path) -> None:
     said = worn.asked(tmp_path, "2-08", "inertia halved", "a ripple", "sines", 2008)
     assert [(one["name"], one["status"]) for one in said["verdict"]["effects"]] == [("inertia", "named")]
     assert said["judged"] == "right"
 
 
+@pytest.mark.heavy
 def test_two_causes_that_act_against_each_other_in_half_of_the_data_are_found_together(tmp_path: Path) -> None:
     said = worn.asked(tmp_path, "3024", "dry friction doubled", "gravity", "moves", 3024)
     verdict = said["verdict"]
@@ -32,6 +35,7 @@ def test_two_causes_that_act_against_each_other_in_half_of_the_data_are_found_to
     assert told <= {"coulomb", "static_unbalance", "cogging", "cable_spring", "presliding", "stribeck"}
 
 
+@pytest.mark.heavy
 def test_a_rival_is_compared_where_the_other_causes_have_not_stood_in_for_both(tmp_path: Path) -> None:
     # without either, a soft bristle pulled back like a spring, and an unbalance found no way from there
     said = worn.asked(tmp_path, "3-29", "inertia halved", "gravity", "moves", 3029)
@@ -41,6 +45,7 @@ def test_a_rival_is_compared_where_the_other_causes_have_not_stood_in_for_both(t
     assert said["judged"] == "right"
 
 
+@pytest.mark.heavy
 def test_where_a_joint_creeps_no_dip_is_told_of_a_model_without_a_bristle(tmp_path: Path) -> None:
     # inertia, viscous friction and a dip of 2 mrad/s, all named, in the place of one gain
     said = drawn.asked(tmp_path, "17-28", "gain", "moves", 17028)
@@ -57,12 +62,14 @@ def test_a_little_beside_more_that_nobody_knows_is_no_name(tmp_path: Path) -> No
     assert "inertia" in told and told <= {"inertia", "cogging", "backlash"}
 
 
+@pytest.mark.heavy
 def test_a_gain_of_one_axis_of_a_gimbal_is_named_with_its_axis(tmp_path: Path) -> None:
     said = turret.asked(tmp_path, "1-11", "gain", 1, "moves", 1011)
     assert [(one["name"], one["axis"]) for one in said["verdict"]["effects"]] == [("torque_gain", "elevation")]
     assert said["judged"] == "right"
 
 
+@pytest.mark.heavy
 def test_an_inertia_is_not_told_as_a_gap_of_two_degrees_without_a_rotor(tmp_path: Path) -> None:
     said = worn.asked(tmp_path, "7-29", "inertia halved", "gravity", "moves", 7029)
     named = {one["name"] for one in said["verdict"]["effects"] if one["status"] == "named"}

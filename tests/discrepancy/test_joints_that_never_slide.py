@@ -22,9 +22,9 @@ def verdict_of(folder: Path, factors: dict[str, float], bristle: bool = True) ->
     ("factors", "bristle"),
     [
         ({"friction.sigma0": 0.5}, True),
-        ({"friction.sigma0": 2.0}, True),
+        pytest.param({"friction.sigma0": 2.0}, True, marks=pytest.mark.heavy),
         # the model of a stranger, whose dry friction changes sign at once
-        ({}, False),
+        pytest.param({}, False, marks=pytest.mark.heavy),
     ],
 )
 def test_a_stiffness_that_is_wrong_or_missing_is_named_alone(
@@ -36,6 +36,7 @@ def test_a_stiffness_that_is_wrong_or_missing_is_named_alone(
     assert verdict["effects"][0]["parameters"]["sigma0"]["value"] == pytest.approx(SIGMA0, rel=0.04)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("factors", [{}, {"body.inertia.zz": 2.0}])
 def test_what_such_motion_cannot_show_is_not_told(factors: dict[str, float], tmp_path: Path) -> None:
     verdict = verdict_of(tmp_path, factors)

@@ -77,6 +77,7 @@ def test_numbers_make_up_for_a_gain_from_where_it_gives_way_to_them() -> None:
     assert np.sum(squares_of(free)) < 1.1 * np.sum(squares_of(state))
 
 
+@pytest.mark.heavy
 def test_two_numbers_that_are_off_are_told_as_themselves_each_beside_its_control() -> None:
     logs = []
     for speed in (1.0, 0.8):

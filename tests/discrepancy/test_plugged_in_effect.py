@@ -108,6 +108,7 @@ def searched(folder: Path, source: str, name: str, torque: str) -> dict[str, Any
     return found
 
 
+@pytest.mark.heavy
 def test_a_stop_that_hardens_is_searched_from_its_parameters_alone(tmp_path: Path) -> None:
     found = searched(
         tmp_path, STOP, "hardening_stop", "lambda q: 40.0 * np.sign(q) * np.maximum(np.abs(q) - 0.55, 0.0) ** 3"
@@ -119,6 +120,7 @@ def test_a_stop_that_hardens_is_searched_from_its_parameters_alone(tmp_path: Pat
     assert found["ends"][0][0] == 0.0
 
 
+@pytest.mark.heavy
 def test_a_magnet_that_holds_at_one_place_is_found_there(tmp_path: Path) -> None:
     found = searched(
         tmp_path, NOTCH, "magnetic_notch", "lambda q: 1.5 * (q - 0.3) / 0.12 * np.exp(-(((q - 0.3) / 0.12) ** 2))"
@@ -127,6 +129,7 @@ def test_a_magnet_that_holds_at_one_place_is_found_there(tmp_path: Path) -> None
     assert found["numbers"] == pytest.approx({"pull": 1.5, "place": 0.3, "width": 0.12}, rel=0.05)
 
 
+@pytest.mark.heavy
 def test_a_profile_of_its_own_takes_the_place_of_the_default(tmp_path: Path) -> None:
     own = """
 def _search(scale):

@@ -24,6 +24,7 @@ from gimbal_hil.knowledge.experiments.step_signals import STEPS_FOLDER, step_fil
 from gimbal_hil.loop.host import Guard
 from gimbal_hil.loop.settings import shipped_settings
 from sim_backend.model import shipped_model
+from tests.parts import heavy_but
 
 SEED = 3
 AXES = ("outer", "inner")
@@ -93,7 +94,7 @@ class Ends(Silent):
             raise KeyboardInterrupt
 
 
-@pytest.mark.parametrize("place", [0, 3])
+@pytest.mark.parametrize("place", heavy_but((0,), (0, 3)))
 def test_parts_that_were_stopped_go_on_to_the_same_end(tmp_path: Path, whole: Outcome, place: int) -> None:
     experiment = fast_sliding()
     with pytest.raises(KeyboardInterrupt):
@@ -108,6 +109,7 @@ def run_until_killed(folder: Path, step: str) -> None:
     conducted(folder, fast_sliding(), progress=Ends(step, kill=True))
 
 
+@pytest.mark.heavy
 def test_parts_that_were_killed_go_on_to_the_same_end(tmp_path: Path, whole: Outcome) -> None:
     step = fast_sliding().parts[1].steps[2].name
     process = get_context("spawn").Process(target=run_until_killed, args=(tmp_path, step))

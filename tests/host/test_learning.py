@@ -28,6 +28,7 @@ def swings(settings: DaemonSettings, wrong: float = 0.0, times_as_viscous: float
     return run_trial(Trial(scenario, "it", settings, "realistic", antenna, 1, wrong=wrong))
 
 
+@pytest.mark.heavy
 def test_a_table_learns_the_cogging_that_the_model_does_not_name() -> None:
     blind = with_changes(controller_settings("tuned"), {"model_control.position_torque": False})
     learns = with_changes(blind, {"axes.outer.learned": {}, "axes.inner.learned": {}})

@@ -64,6 +64,7 @@ def test_without_inertia_torque_a_shift_is_not_made_up_from_one_sine() -> None:
         assert viscous.interval.covers(0.8) and (width < 0.01) is stated, (stated, viscous)
 
 
+@pytest.mark.heavy
 def test_bootstrap_intervals_cover_the_truth_in_at_least_nine_of_ten_repeats() -> None:
     covered = 0
     for seed in range(40):

@@ -26,6 +26,7 @@ def test_an_antenna_without_hidden_effects_ends_at_the_floor_after_two_surveys_w
     assert site.runs == ["survey", "survey_holdout"]
 
 
+@pytest.mark.heavy
 def test_a_stopped_improvement_goes_on_without_making_finished_runs_again(tmp_path: Path) -> None:
     antenna = shipped_model()
     site = virtual(antenna)
@@ -96,6 +97,7 @@ def test_a_cause_that_the_judging_motion_does_not_show_gets_a_hold_out_that_does
     assert [one.verdict for one in done.diagnoses] == ["ambiguous", "named", "no_discrepancy"]
 
 
+@pytest.mark.heavy
 def test_a_cause_that_no_run_within_the_budgets_shows_again_stays_suspected(tmp_path: Path) -> None:
     # time for the two surveys and for nothing else
     done = improved(task_of(tmp_path, antenna_s=75.0), virtual(limited(2.2)))

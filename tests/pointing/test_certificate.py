@@ -48,6 +48,7 @@ def task(duration_s: float = 6.0, **errors: float | tuple[float, float]) -> Flig
     return FlightTask(settings, model, RIGHT.model_copy(update=errors), PointingRequirement(), duration_s)
 
 
+@pytest.mark.heavy
 def test_a_navigation_without_errors_points_as_the_arena_says() -> None:
     flight = fly(task(), 1)
     assert flight.acquired_s < 4.0 and flight.stops == () and flight.mutes == flight.excursions == 0

@@ -166,6 +166,7 @@ def test_a_gain_that_is_off_is_no_reason_to_refuse(logs: tuple[SignalsTable, ...
     preflight(shipped_model(), changed(logs, torque=factor))
 
 
+@pytest.mark.heavy
 def test_an_inertia_that_is_off_beside_steady_turns_is_no_reason_to_refuse(tmp_path: Path) -> None:
     joint = replace(drawn_joint(np.random.default_rng((9055, 3))), motion="turns")
     rig = write_drawn(tmp_path, joint, HIDDEN["inertia doubled"], 9055)

@@ -102,6 +102,7 @@ def test_what_is_said_of_a_drawn_rig_is_judged_by_names_and_axes_alone() -> None
     assert judged({"error": "no answer"}, viscous, AXIS) == "error"
 
 
+@pytest.mark.heavy
 def test_a_drawn_gimbal_of_another_simulator_obeys_our_equations_of_motion(tmp_path: Path) -> None:
     dice = np.random.default_rng(6)
     drawn = replace(turret.drawn_turret(dice), sway=0.1, gyro=3e-4, rate_hz=250.0, softness_s=0.002)

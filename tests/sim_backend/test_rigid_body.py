@@ -82,6 +82,7 @@ def test_accelerations_agree_with_mujoco(moving: bool, translating: bool) -> Non
     assert worst < 1e-9
 
 
+@pytest.mark.heavy
 def test_accelerations_agree_with_a_symbolic_lagrangian() -> None:
     pytest.importorskip("sympy", reason="sympy is not installed (the extra test has it)")
     from tests.sim_backend.symbolic_lagrangian import lagrangian_accelerations

@@ -49,6 +49,7 @@ def test_the_same_files_are_good_in_this_process(firmware: str, tmp_path: Path) 
     good(tmp_path, "--gimbal-link", firmware)
 
 
+@pytest.mark.heavy
 def test_they_are_good_on_an_antenna_that_waits_behind_a_pseudo_terminal(tmp_path: Path) -> None:
     with plant("serial", tmp_path / "ready", "--lockstep") as path:
         good(tmp_path, "--gimbal-link", f"serial:{path}", "--gimbal-lockstep")

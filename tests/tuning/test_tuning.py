@@ -102,6 +102,7 @@ def test_the_tuned_antenna_holds_what_was_asked_in_the_arena(realistic: Tuning, 
         assert not found.tripped and found.los_rms < most
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("times", [0.2, 5.0])
 def test_another_inertia_gets_gains_in_proportion(times: float) -> None:
     model = heavier(times)
@@ -154,6 +155,7 @@ def test_a_single_axis_gets_a_cascade() -> None:
     assert one.observed is None and one.cascade.margin >= 0.4 and "model_control" not in found.changes
 
 
+@pytest.mark.heavy
 def test_tuned_for_pointing_gusts_move_the_joint_less_and_the_margin_stays(realistic: Tuning) -> None:
     model = shipped_model("realistic")
     pointing = tuned(shipped_settings(), model, "realistic", MARGIN, Aim.POINTING)
