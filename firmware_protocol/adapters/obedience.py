@@ -57,7 +57,6 @@ class Obedience:
         self.order = Order.NONE
         self._words, self._places = [0] * len(self._drives), [0] * len(self._drives)
         self._unheeded = [0] * len(self._drives)
-        self._first = False
         #: whether drives are left to their own watchdogs
         self.starving = False
 
@@ -65,7 +64,7 @@ class Obedience:
         """A new order; the one that stands already goes on."""
         if order is self.order:
             return
-        self.order, self._first = order, True
+        self.order = order
         self._words = [drive.sample.words for drive in self._drives]
         self._places = [drive.sample.updates for drive in self._drives]
         self._unheeded = [0] * len(self._drives)
@@ -84,14 +83,13 @@ class Obedience:
     def frames(self) -> list[CanFrame]:
         """What the drives are sent in this tick, while they are not to follow."""
         told: list[CanFrame] = []
-        first, self._first = self._first, False
         for place, drive in enumerate(self._drives):
             heeds = self._heeds(place)
             self._unheeded[place] = 0 if heeds else self._unheeded[place] + 1
             if self.starving:
                 told += starved(drive)
                 continue
-            if first or self._is_told_again(place):
+            if self._is_told_again(place):
                 told += _TOLD[self.order](drive)
             told += drive.ask()
         return told
