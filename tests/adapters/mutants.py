@@ -128,7 +128,8 @@ def main() -> None:
             break
         asked += 1
         with changed(mutant):
-            if not any(_is_noticed([word]) for word in words):
+            # those that are about this module first
+            if not any(_is_noticed([word]) for word in sorted(words, key=lambda word: mutant.module not in word)):
                 survivors.append(mutant.name)
                 print(f"lives: {mutant.name}", file=sys.stderr, flush=True)
     json.dump({"mutants": len(chosen), "asked": asked, "from": first, "survivors": survivors}, sys.stdout)
