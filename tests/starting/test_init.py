@@ -18,7 +18,7 @@ from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, build_ex
 from gimbal_hil.loop.settings import load_settings
 from gimbal_hil.surface.checking import check_files
 from gimbal_hil.surface.cli import main
-from gimbal_hil.surface.cli.init import _described
+from gimbal_hil.surface.cli.init import AntennaOptions, _described
 from gimbal_hil.surface.starting import parse_link, write_antenna
 from sim_backend.model import load_model
 
@@ -213,22 +213,15 @@ def test_answers_to_the_questions_count_as_told_and_a_return_as_assumed(tmp_path
         asked.append(question)
         return {"link": "unix:a.sock", "elevation: largest torque, N m": "9"}.get(question, usual)
 
-    nothing: dict[str, list[str] | None] = dict.fromkeys(
-        ("mass", "inertia", "cog", "coulomb", "breakaway", "viscous", "torque", "rate_limit", "encoder")
-    )
-    antenna = _described(tmp_path, None, "azimuth,elevation", None, None, nothing, None, None, True, answer)
+    antenna = _described(tmp_path, AntennaOptions(axes="azimuth,elevation"), answer)
     assert asked[:2] == ["kind (gimbal, rotary, linear)", "link"] and len(asked) == 2 + 2 * 6
     assert antenna.link.word == "unix" and antenna.axes[1].torque_nm == 9.0
     assert antenna.axes[1].told == {"torque_nm"} and antenna.axes[0].told == frozenset()
 
 
 def test_a_link_in_the_description_is_the_section_of_the_configuration(tmp_path: Path) -> None:
-    nothing: dict[str, list[str] | None] = dict.fromkeys(
-        ("mass", "inertia", "cog", "coulomb", "breakaway", "viscous", "torque", "rate_limit", "encoder")
-    )
-    antenna = _described(
-        tmp_path, "gimbal", None, "serial:/dev/x", 500.0, nothing, None, None, False, lambda _, usual: usual
-    )
+    told = AntennaOptions("gimbal", link="serial:/dev/x", rate=500.0, gyro=False)
+    antenna = _described(tmp_path, told, lambda _, usual: usual)
     assert antenna.link == parse_link("serial:/dev/x") and antenna.rate_hz == 500.0
     files = write_antenna(antenna, tmp_path / "mine", False)
     assert files[-1].name == "README.md"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,46 +16,54 @@ if TYPE_CHECKING:
     from sim_backend.model import AntennaModel
 
 
-def command(
-    config: Annotated[
-        Path | None, typer.Option(help="Configuration file; without it the shipped virtual antenna.")
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Run folder to record into; without it a new one below ./runs.")
-    ] = None,
-    duration: Annotated[float | None, typer.Option(help="Seconds to run; without it until stopped.", min=0.0)] = None,
+@dataclass(frozen=True)
+class DaemonChoice:
+    """How a daemon runs and what it serves."""
+
+    duration: Annotated[float | None, typer.Option(help="Seconds to run; without it until stopped.", min=0.0)] = None
     lockstep: Annotated[
         bool,
         typer.Option(
             "--lockstep",
             help="Virtual time: as fast as the machine allows; over a link an antenna in lockstep is at its other end.",
         ),
-    ] = False,
+    ] = False
     answer_within: Annotated[
         float,
         typer.Option(help="In lockstep over a link: seconds that an answer may take; 0 waits for ever.", min=0.0),
-    ] = 30.0,
+    ] = 30.0
     page: Annotated[
         int | None, typer.Option(help="Serve live page and metrics on this local port (0: any).", min=0, max=65535)
-    ] = None,
+    ] = None
     spin_us: Annotated[
         float,
         typer.Option(help="Wait the last microseconds of a period awake: less latency, more load.", min=0.0, max=1e5),
-    ] = 50.0,
+    ] = 50.0
     wait: Annotated[
         bool, typer.Option("--wait", help="Wait for the link even where it looks wrong, as a device that is not there.")
-    ] = False,
+    ] = False
     then: Annotated[
         str | None,
         typer.Option(
             metavar="MODEL@SECONDS",
             help="The virtual antenna in this process follows another model from then on: an effect that sets in.",
         ),
-    ] = None,
+    ] = None
     end_with: Annotated[
         int | None,
         typer.Option(metavar="PID", help="End as by SIGTERM when this process, which started the daemon, is gone."),
+    ] = None
+
+
+def command(
+    *,
+    config: Annotated[
+        Path | None, typer.Option(help="Configuration file; without it the shipped virtual antenna.")
     ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Run folder to record into; without it a new one below ./runs.")
+    ] = None,
+    how: DaemonChoice,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a run folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
     send: Annotated[
@@ -78,14 +87,22 @@ def command(
     from gimbal_hil.loop.timing import wall_clock_utc
     from gimbal_hil.realtime.daemon import DaemonOptions, run_daemon
 
-    if end_with is not None:
+    if how.end_with is not None:
         from gimbal_hil.knowledge.executor import end_with_parent
 
-        end_with_parent(end_with)
+        end_with_parent(how.end_with)
     settings = load_settings(config) if config else shipped_settings()
     folder = out or Path("runs") / f"daemon-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
     options = DaemonOptions(
-        folder, force, duration, lockstep, answer_within, spin_us, page, wait=wait, then=_then(then)
+        folder,
+        force,
+        how.duration,
+        how.lockstep,
+        how.answer_within,
+        how.spin_us,
+        how.page,
+        wait=how.wait,
+        then=_then(how.then),
     )
     report = run_daemon(settings, options)
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,7 +19,41 @@ if TYPE_CHECKING:
 RESULT_FILE, MODEL_FILE, REPORT_FILE = "improve.json", "model.yaml", "report.html"
 
 
+@dataclass(frozen=True)
+class LimitOptions:
+    """What the experiments must keep within."""
+
+    rounds: Annotated[int, typer.Option(help="Rounds (a diagnosis each) at most.", min=1)] = 6
+    budget: Annotated[float, typer.Option(help="Antenna time at most, s.", min=1.0)] = 900.0
+    torque: Annotated[
+        list[str] | None, typer.Option(metavar="AXIS=NM", help="Largest torque, N m; may be repeated.")
+    ] = None
+    travel: Annotated[
+        list[str] | None, typer.Option(metavar="AXIS=LOW..HIGH", help="Travel, rad; may be repeated.")
+    ] = None
+
+
+@dataclass(frozen=True)
+class SurveyOptions:
+    """How long a survey is, and where its diagnosis is computed."""
+
+    survey: Annotated[float, typer.Option(help="Length of each survey motion, s.", min=10.0)] = 60.0
+    short: Annotated[bool, typer.Option("--short", help="Surveys of 24 s.")] = False
+    workers: Annotated[int, typer.Option(help="Processes that score candidates.", min=1)] = 2
+    dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Score candidates on a Dask cluster instead.")] = (
+        None
+    )
+
+    @property
+    def length_s(self) -> float:
+        """Of each motion of a survey."""
+        from gimbal_hil.knowledge.experiments.sequences import SHORT_SURVEY_S
+
+        return SHORT_SURVEY_S if self.short else self.survey
+
+
 def command(
+    *,
     out: Annotated[
         Path,
         typer.Option(metavar="DIR", help="Folder for the runs, journal.jsonl, report.html, model.yaml, improve.json."),
@@ -37,20 +72,8 @@ def command(
             help="Model to start from, or name of a shipped one; without it thesis.",
         ),
     ] = None,
-    rounds: Annotated[int, typer.Option(help="Rounds (a diagnosis each) at most.", min=1)] = 6,
-    budget: Annotated[float, typer.Option(help="Antenna time at most, s.", min=1.0)] = 900.0,
-    torque: Annotated[
-        list[str] | None, typer.Option(metavar="AXIS=NM", help="Largest torque, N m; may be repeated.")
-    ] = None,
-    travel: Annotated[
-        list[str] | None, typer.Option(metavar="AXIS=LOW..HIGH", help="Travel, rad; may be repeated.")
-    ] = None,
-    survey: Annotated[float, typer.Option(help="Length of each survey motion, s.", min=10.0)] = 60.0,
-    short: Annotated[bool, typer.Option("--short", help="Surveys of 24 s.")] = False,
-    workers: Annotated[int, typer.Option(help="Processes that score candidates.", min=1)] = 2,
-    dask: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Score candidates on a Dask cluster instead.")
-    ] = None,
+    limits: LimitOptions,
+    surveys: SurveyOptions,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the stopped improvement in --out.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
@@ -61,7 +84,6 @@ def command(
     runs kept.
     """
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO
-    from gimbal_hil.knowledge.experiments.sequences import SHORT_SURVEY_S
     from gimbal_hil.knowledge.improvement import (
         JOURNAL_FILE,
         Ending,
@@ -78,8 +100,10 @@ def command(
 
     _refuse_what_stands_there(out, resume, force)
     settings, start = _begun_from(config, model)
-    budgets = budgets_of(settings, budget, rounds, torques_of(torque or []), travels_of(travel or []))
-    task = Task(settings, start, out, budgets, SHORT_SURVEY_S if short else survey, workers, dask)
+    budgets = budgets_of(
+        settings, limits.budget, limits.rounds, torques_of(limits.torque or []), travels_of(limits.travel or [])
+    )
+    task = Task(settings, start, out, budgets, surveys.length_s, surveys.workers, surveys.dask)
     journal = Journal(out / JOURNAL_FILE, resume=resume)
     _end_like_ctrl_c()
     try:

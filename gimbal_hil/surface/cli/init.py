@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -32,27 +33,29 @@ _ASKED = ("mass", "inertia", "breakaway", "torque", "rate_limit", "encoder")
 _MAY_BE_ZERO = ("cog", "coulomb", "breakaway", "viscous")
 
 
-def command(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder for the files.")],
-    kind: Annotated[str | None, typer.Option(help="gimbal (two axes), rotary or linear (one).")] = None,
-    axes: Annotated[str | None, typer.Option(metavar="NAME,NAME", help="Names, the carrying axis first.")] = None,
+@dataclass(frozen=True)
+class AntennaOptions:
+    """What somebody says of an antenna; a number of an axis is a word AXIS=NUMBER."""
+
+    kind: Annotated[str | None, typer.Option(help="gimbal (two axes), rotary or linear (one).")] = None
+    axes: Annotated[str | None, typer.Option(metavar="NAME,NAME", help="Names, the carrying axis first.")] = None
     link: Annotated[
         str | None,
         typer.Option(
             help="virtual, unix:PATH, serial:PORT, socketcan:CHANNEL, slcan:PORT; moteus:, odrive: or cia402:CHANNEL "
             "(can0, or a path for simulated drives)."
         ),
-    ] = None,
-    rate: Annotated[float | None, typer.Option(metavar="HZ", help="Control rate.", min=10.0, max=20000.0)] = None,
-    mass: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="kg.")] = None,
-    inertia: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="kg m2, of that body alone.")] = None,
-    cog: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Centre of gravity off the axis, m.")] = None,
-    coulomb: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Sliding friction, N m (N).")] = None,
-    breakaway: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Break-away torque, N m (N).")] = None,
-    viscous: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="N m s/rad (N s/m).")] = None,
-    torque: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Largest torque, N m (N).")] = None,
-    rate_limit: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Largest rate, rad/s.")] = None,
-    travel: Annotated[list[str] | None, typer.Option(metavar="AXIS=LOW..HIGH", help="Soft limits, rad.")] = None,
+    ] = None
+    rate: Annotated[float | None, typer.Option(metavar="HZ", help="Control rate.", min=10.0, max=20000.0)] = None
+    mass: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="kg.")] = None
+    inertia: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="kg m2, of that body alone.")] = None
+    cog: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Centre of gravity off the axis, m.")] = None
+    coulomb: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Sliding friction, N m (N).")] = None
+    breakaway: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Break-away torque, N m (N).")] = None
+    viscous: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="N m s/rad (N s/m).")] = None
+    torque: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Largest torque, N m (N).")] = None
+    rate_limit: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Largest rate, rad/s.")] = None
+    travel: Annotated[list[str] | None, typer.Option(metavar="AXIS=LOW..HIGH", help="Soft limits, rad.")] = None
     up: Annotated[
         str | None,
         typer.Option(
@@ -60,9 +63,14 @@ def command(
             help="positive or negative: which inner angles look up; without it those of which --travel has more, "
             "negative where both are the same.",
         ),
-    ] = None,
-    encoder: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Counts a turn (a mm).")] = None,
-    gyro: Annotated[bool, typer.Option("--gyro/--no-gyro", help="Whether the antenna has rate gyros.")] = True,
+    ] = None
+    encoder: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Counts a turn (a mm).")] = None
+    gyro: Annotated[bool, typer.Option("--gyro/--no-gyro", help="Whether the antenna has rate gyros.")] = True
+
+
+def command(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder for the files.")],
+    told: AntennaOptions,
     yes: Annotated[bool, typer.Option("--yes", help="Ask nothing: what is not given is assumed.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print what was written as one JSON object.")] = False,
@@ -77,18 +85,7 @@ def command(
     from gimbal_hil.surface.cli.following import print_next
     from gimbal_hil.surface.starting import first_command, write_antenna
 
-    given = {
-        "mass": mass,
-        "inertia": inertia,
-        "cog": cog,
-        "coulomb": coulomb,
-        "breakaway": breakaway,
-        "viscous": viscous,
-        "torque": torque,
-        "rate_limit": rate_limit,
-        "encoder": encoder,
-    }
-    antenna = _described(folder, kind, axes, link, rate, given, travel, up, gyro, _asker(yes))
+    antenna = _described(folder, told, _asker(yes))
     written = write_antenna(antenna, folder, force)
     following = first_command(antenna, folder)
     if as_json:
@@ -114,39 +111,32 @@ def _asker(yes: bool) -> Asker:
     return lambda question, usual: str(typer.prompt(question, default=usual, err=True))
 
 
-def _described(
-    folder: Path,
-    kind: str | None,
-    axes: str | None,
-    link: str | None,
-    rate: float | None,
-    given: dict[str, list[str] | None],
-    travel: list[str] | None,
-    up: str | None,
-    gyro: bool,
-    ask: Asker,
-) -> AntennaDescription:
+def _described(folder: Path, told: AntennaOptions, ask: Asker) -> AntennaDescription:
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.surface.starting import AntennaDescription, parse_link, usual_boresight, usual_names
     from sim_backend.boresight import Boresight
     from sim_backend.model import ModelKind
 
-    word = kind or ask("kind (gimbal, rotary, linear)", ModelKind.GIMBAL.value)
+    word = told.kind or ask("kind (gimbal, rotary, linear)", ModelKind.GIMBAL.value)
     what = next((one for one in ModelKind if one.value == word), None)
     if what is None:
         raise BadInputError("--kind", f"no kind {word!r}", ", ".join(ModelKind))
-    names = _names(axes or ask("axes, the carrying one first", ",".join(usual_names(what))), what)
-    chosen = parse_link(link or (ask("link", "virtual") if what is ModelKind.GIMBAL else "virtual"))
-    numbers = {option: _by_axis(words, names, option) for option, words in given.items()}
-    limits = {axis: _range(text) for axis, text in _pairs(travel, names, "--travel").items()}
+    names = _names(told.axes or ask("axes, the carrying one first", ",".join(usual_names(what))), what)
+    chosen = parse_link(told.link or (ask("link", "virtual") if what is ModelKind.GIMBAL else "virtual"))
+    numbers = {option: _by_axis(getattr(told, option), names, option) for option in _NUMBERS}
+    limits = {axis: _range(text) for axis, text in _pairs(told.travel, names, "--travel").items()}
     sections = tuple(_axis(name, place, what, numbers, limits, ask) for place, name in enumerate(names))
     # drives of other makes tell no inertial rate
-    has_gyro = gyro and not chosen.is_drives
-    looks = usual_boresight(sections) if up is None else next((one for one in Boresight if one.raises == up), None)
+    has_gyro = told.gyro and not chosen.is_drives
+    looks = (
+        usual_boresight(sections)
+        if told.up is None
+        else next((one for one in Boresight if one.raises == told.up), None)
+    )
     if looks is None:
-        raise BadInputError("--up", f"is {up!r}", "positive or negative")
+        raise BadInputError("--up", f"is {told.up!r}", "positive or negative")
     name = folder.absolute().name
-    return AntennaDescription(name, what, sections, chosen, rate or chosen.rate_hz, has_gyro, looks)
+    return AntennaDescription(name, what, sections, chosen, told.rate or chosen.rate_hz, has_gyro, looks)
 
 
 def _names(text: str, kind: ModelKind) -> tuple[str, ...]:

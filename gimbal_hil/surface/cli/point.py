@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from firmware_protocol.places import require_new
-from gimbal_hil.surface.cli.completion import model_names
+from gimbal_hil.surface.cli.point_options import CertifyOptions, PointingDaemonOptions, SkyOptions, VirtualOptions
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -20,9 +20,21 @@ if TYPE_CHECKING:
     from gimbal_hil.pointing.following import BaseTruth, Flight, MuteChange, Target, Way
     from sim_backend.boresight import Boresight
 
-_DURATION_S = 60.0
 #: no longer does a machine that is busy make a target wait
 _LONGEST_LEAD_S = 60.0
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """A target that is to be held, from where and when, over which motion of the base."""
+
+    target: str
+    flight: Flight | None
+    #: the sky of this time; None: of now
+    at: str | None
+    duration_s: float
+    base: str | None
+    seed: int
 
 
 @dataclass(frozen=True)
@@ -42,67 +54,11 @@ class _Judged:
     sync: ClockSync | None = None
 
 
-@dataclass(frozen=True)
-class CertifyOptions:
-    """Drawn flights in place of one target."""
-
-    certify: Annotated[
-        int | None,
-        typer.Option(
-            metavar="FLIGHTS",
-            help="No target: so many drawn flights of --duration (10000 for a certificate) with errors of navigation; "
-            "the share of time within 0.2 degrees, and whether mute came within 100 ms in all.",
-            min=1,
-        ),
-    ] = None
-    navigation: Annotated[
-        Path | None, typer.Option(help="With --certify: file with the errors of your navigation (YAML).")
-    ] = None
-    workers: Annotated[int, typer.Option(help="With --certify: processes.", min=1, max=256)] = 1
-
-
 def command(
     *,
-    target: Annotated[
-        str | None,
-        typer.Option(
-            help="azel:AZIMUTH,ELEVATION (degrees from true north, above the horizon), geo:LONGITUDE, tle:FILE, or a "
-            "CSV file with time_s, azimuth_deg, elevation_deg."
-        ),
-    ] = None,
-    position: Annotated[
-        str | None, typer.Option(metavar="LAT,LON,ALT", help="Where the aircraft is: degrees, m above the ellipsoid.")
-    ] = None,
-    moving: Annotated[
-        str | None, typer.Option(metavar="SPEED,TRACK", help="How it moves over ground: m/s, degrees from north.")
-    ] = None,
-    at: Annotated[
-        str | None, typer.Option(metavar="UTC", help="The sky of this time at the start, not of now; ISO 8601.")
-    ] = None,
-    duration: Annotated[float, typer.Option(help="Seconds to hold it.", min=1.0, max=7200.0)] = _DURATION_S,
-    stow: Annotated[bool, typer.Option("--stow", help="With --run: joints into the stow, then torque off.")] = False,
-    stay: Annotated[
-        bool, typer.Option("--stay", help="With --run: hold the joints at the end where they are, no stow.")
-    ] = False,
-    run: Annotated[Path | None, typer.Option(help="Run folder of a running daemon: in real time through it.")] = None,
-    config: Annotated[
-        Path | None, typer.Option(help="Without --run: configuration; without it the shipped virtual antenna.")
-    ] = None,
-    model: Annotated[
-        str | None,
-        typer.Option(
-            autocompletion=model_names,
-            help="Without --run: model of the virtual antenna; without it that of --config, or realistic.",
-        ),
-    ] = None,
-    base: Annotated[
-        str | None,
-        typer.Option(
-            help="Motion of the virtual antenna's base: turbulence, severe_turbulence, manoeuvre, swing, or a CSV "
-            "file; with --run the one that `plant --base` serves, for the true error."
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of noise and turbulence.", min=0, max=2**31 - 1)] = 1,
+    sky: SkyOptions,
+    through: PointingDaemonOptions,
+    antenna: VirtualOptions,
     flights: CertifyOptions,
     out: Annotated[Path | None, typer.Option(help="Folder of the page; without it a new one below ./runs.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
@@ -118,37 +74,32 @@ def command(
     from gimbal_hil.loop.timing import wall_clock_utc
     from gimbal_hil.pointing.following import flight_of
 
-    if stow:
-        if run is None or target is not None:
+    run = through.run
+    if through.stow:
+        if run is None or sky.target is not None:
             raise BadInputError("--stow", "is for a running daemon and takes no target", "--stow --run RUN")
         return _stow(run, as_json)
     if flights.certify is not None:
-        if run is not None or target is not None or base is not None:
+        if run is not None or sky.target is not None or antenna.base is not None:
             raise BadInputError("--certify", "draws targets and bases", "no --run, no --target and no --base")
-        return _certify(flights, duration, config, model, seed, out, force, as_json)
-    if target is None:
+        return _certify(flights, sky.duration, antenna, out, force, as_json)
+    if sky.target is None:
         raise BadInputError("--target", "is missing", "azel:120,35, geo:13.0E, tle:FILE or a CSV file; or --stow")
-    if run is not None and (config is not None or model is not None):
+    if run is not None and (antenna.config is not None or antenna.model is not None):
         raise BadInputError("--run", "has a configuration and an antenna already", "no --config and no --model")
     folder = out or Path("runs") / f"point-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
     require_new(folder, force, "pointing.json", "report.html")
-    flight = None if position is None else flight_of(position, moving)
+    flight = None if sky.position is None else flight_of(sky.position, sky.moving)
+    asked = _Asked(sky.target, flight, sky.at, sky.duration, antenna.base, antenna.seed)
     if run is None:
-        judged, beyond = _in_lockstep(target, flight, _time_of(at), duration, config, model, base, seed, folder, force)
+        judged, beyond = _in_lockstep(asked, antenna, folder, force)
     else:
-        judged, beyond = _through_daemon(target, flight, at, duration, run, base, seed, folder, force, stay)
+        judged, beyond = _through_daemon(asked, run, through.stay)
     return _tell(judged, beyond, folder, run, as_json)
 
 
 def _certify(
-    flights: CertifyOptions,
-    duration_s: float,
-    config: Path | None,
-    model: str | None,
-    seed: int,
-    out: Path | None,
-    force: bool,
-    as_json: bool,
+    flights: CertifyOptions, duration_s: float, antenna: VirtualOptions, out: Path | None, force: bool, as_json: bool
 ) -> int:
     from gimbal_hil.loop.timing import wall_clock_utc
     from gimbal_hil.surface.cli.certify import CERTIFICATE_FILE, PAGE_FILE, CertifyChoice, certify
@@ -156,7 +107,17 @@ def _certify(
     folder = out or Path("runs") / f"certificate-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
     require_new(folder, force, CERTIFICATE_FILE, PAGE_FILE)
     count = flights.certify or 1
-    choice = CertifyChoice(count, duration_s, config, model, flights.navigation, seed, flights.workers, folder, as_json)
+    choice = CertifyChoice(
+        count,
+        duration_s,
+        antenna.config,
+        antenna.model,
+        flights.navigation,
+        antenna.seed,
+        flights.workers,
+        folder,
+        as_json,
+    )
     return certify(choice)
 
 
@@ -174,12 +135,11 @@ def _time_of(text: str | None) -> datetime:
     return found.replace(tzinfo=UTC) if found.tzinfo is None else found.astimezone(UTC)
 
 
-def _target(
-    text: str, flight: Flight | None, start: datetime, duration_s: float, looks: Boresight
-) -> tuple[Target, Way, str]:
+def _target(asked: _Asked, start: datetime, looks: Boresight) -> tuple[Target, Way, str]:
     """The target, its way, and what a reader of the page should know of both."""
     from gimbal_hil.pointing.following import next_pass, target_of, way_of
 
+    text, flight, duration_s = asked.target, asked.flight, asked.duration_s
     target = target_of(text, flight, start)
     advice = next_pass(target, start, duration_s) if text.startswith("tle:") else ""
     target.require_visible(duration_s, advice)
@@ -197,18 +157,7 @@ def _target(
     return target, way, about
 
 
-def _in_lockstep(
-    text: str,
-    flight: Flight | None,
-    start: datetime,
-    duration: float,
-    config: Path | None,
-    model: str | None,
-    base: str | None,
-    seed: int,
-    folder: Path,
-    force: bool,
-) -> tuple[_Judged, float]:
+def _in_lockstep(asked: _Asked, virtual: VirtualOptions, folder: Path, force: bool) -> tuple[_Judged, float]:
     import tempfile
 
     from gimbal_hil.data.runs import open_run
@@ -224,14 +173,15 @@ def _in_lockstep(
     from gimbal_hil.surface.cli.antenna_choice import settings_and_antenna
     from gimbal_hil.surface.cli.progress import ProgressBar
 
-    settings, antenna = settings_and_antenna(config, model)
+    settings, antenna = settings_and_antenna(virtual.config, virtual.model)
+    duration, base, seed = asked.duration_s, asked.base, asked.seed
     looks = antenna.file.boresight
-    target, way, about = _target(text, flight, start, duration, looks)
+    target, way, about = _target(asked, _time_of(asked.at), looks)
     truth, moving_s = truth_of_model(antenna), duration + 30.0
     with tempfile.TemporaryDirectory() as place:
         if base is not None:
             antenna, truth = moved(antenna, base, moving_s, seed, Path(place)), truth_of(base, moving_s, seed, looks)
-        require_reach(way, duration, settings, truth or STANDING, text)
+        require_reach(way, duration, settings, truth or STANDING, asked.target)
         with ProgressBar() as bar:
             follow_in_lockstep(way, duration, settings, antenna, seed, folder, force, bar)
     log = open_run(folder)
@@ -243,18 +193,7 @@ def _in_lockstep(
     return _Judged(log, target, first, span, changes, truth, where, about, looks), settings.pointing.mute_beyond_rad
 
 
-def _through_daemon(
-    text: str,
-    flight: Flight | None,
-    at: str | None,
-    duration: float,
-    run: Path,
-    base: str | None,
-    seed: int,
-    folder: Path,
-    force: bool,
-    stay: bool,
-) -> tuple[_Judged, float]:
+def _through_daemon(asked: _Asked, run: Path, stay: bool) -> tuple[_Judged, float]:
     import time
 
     from gimbal_hil.loop.timing import clock_sync
@@ -263,23 +202,22 @@ def _through_daemon(
 
     daemon = PointingDaemon(run)
     looks = daemon.looks
-    truth = None if base is None else truth_of(base, BASE_S, seed, looks)
+    at, duration = asked.at, asked.duration_s
+    truth = None if asked.base is None else truth_of(asked.base, BASE_S, asked.seed, looks)
     # the sky of now moves with the clock; one that was asked for begins whenever it is asked
-    sync = clock_sync() if at is None and text.startswith("tle:") else None
+    sync = clock_sync() if at is None and asked.target.startswith("tle:") else None
     if sync is not None and not sync.synchronised:
         _say(f"caution: {sync.in_words()}: a low satellite is 2 degrees further on in a second")
 
     try:
         # a target that cannot be held is refused before anything moves; ticks tell the sky's time only afterwards
-        _, way, _ = _target(text, flight, _time_of(at), duration, looks)
-        require_reach(way, duration, daemon.settings, daemon.base_now(), text)
+        _, way, _ = _target(asked, _time_of(at), looks)
+        require_reach(way, duration, daemon.settings, daemon.base_now(), asked.target)
         clock = daemon.clock()
         lead_s, first = LEAD_S, 0
         while True:
             begun, first = time.monotonic(), clock.tick_after(lead_s)
-            target, way, about = _target(
-                text, flight, clock.time_of(first) if at is None else _time_of(at), duration, looks
-            )
+            target, way, about = _target(asked, clock.time_of(first) if at is None else _time_of(at), looks)
             took_s = time.monotonic() - begun
             if at is not None:
                 # the sky was asked for: it begins when its way is made
