@@ -96,8 +96,6 @@ class Obedience:
 
     def gave_up(self) -> bool:
         """Whether a drive has had its time; from now on none is fed."""
-        if self.order is Order.FOLLOW:
-            return False
         late = any(ticks > most for ticks, most in zip(self._unheeded, self._patience, strict=True))
         if late and not self.starving:
             self.starving = True

@@ -232,12 +232,14 @@ def test_an_order_is_repeated_until_a_newer_word_and_nobody_is_fed_who_does_not_
     order = Order.STOP if stop else Order.RELEASE
     obedience.give(order)
     told = b"stop" if stop else b"release"
-    assert not obedience.is_done()
+    assert not obedience.is_done() and not obedience.without_torque()
     late = 0
     for number, word in enumerate(words):
         if asked_again:
             obedience.give(order)  # the one that stands: its time goes on
-        given_up = obedience.gave_up() or obedience.starving
+        was_starving, gives_up = obedience.starving, obedience.gave_up()
+        given_up = gives_up or was_starving
+        assert given_up == obedience.starving and not (gives_up and was_starving)
         sent = [frame.data for frame in obedience.frames()]
         heeds = obedience.is_done()
         late = 0 if heeds else late + 1
