@@ -114,11 +114,24 @@ def test_a_controller_without_heartbeats_is_gone_and_the_joints_are_stopped() ->
     assert late is not None and late[0].is_stop and one.controller == NOBODY
 
 
+def test_who_was_stopped_for_its_silence_is_in_control_again_once_it_is_heard() -> None:
+    one = gimbal()
+    one.take(pitch_yaw(0.1, 0.1), seen(), 0.0)
+    assert one.overdue(0.1 + HEARTBEAT_PATIENCE_S) is not None
+    assert one.take(pitch_yaw(0.2, 0.2), seen(), 5.0).wish is None
+    asked = one.take(command(PITCHYAW, 10.0, 20.0, NAN, NAN), seen(), 5.0)
+    configured = one.take(command(CONFIGURE, -2.0, 0.0, -1.0), seen(), 5.0)
+    assert [taken.answers[0].result for taken in (asked, configured)] == [DENIED, DENIED]
+    one.take(heartbeat(), seen(), 6.0)
+    assert one.take(pitch_yaw(0.2, 0.2), seen(), 6.1).wish is not None and one.controller == STATION
+
+
 def test_a_controller_that_moved_nothing_stops_nobody_s_motion_when_it_goes() -> None:
     one = gimbal()
     one.take(command(CONFIGURE, -2.0, 0.0, -1.0), seen(), 0.0)
     assert one.controller == STATION
     assert one.overdue(0.1 + HEARTBEAT_PATIENCE_S) is None and one.controller == NOBODY
+    one.take(heartbeat(), seen(), 9.0)
     one.take(command(CONFIGURE, -2.0, 0.0, -1.0), seen(), 9.0)
     assert one.take(command(CONFIGURE, -3.0, 0.0, -1.0), seen(), 9.1).wish is None
 

@@ -66,6 +66,7 @@ class Gimbal:
         self.system, self.component = system, component
         self.controller: Sender = NOBODY
         self._second: Sender = NOBODY
+        #: when each was heard; who was stopped for its silence is in control again only after a heartbeat
         self._heard_s: dict[Sender, float] = {}
         self._rates_until_s: float | None = None
         #: whose set-points were followed since they came into control
@@ -114,7 +115,7 @@ class Gimbal:
         """A stop with its reason, when the controller is gone or rates were not repeated; told once."""
         if self.controller != NOBODY and now_s - self._heard_s.get(self.controller, -math.inf) > HEARTBEAT_PATIENCE_S:
             gone, self.controller = self.controller, NOBODY
-            self._rates_until_s = None
+            self._heard_s[gone], self._rates_until_s = -math.inf, None
             # who only looked on has no motion that could end: another client's goes on
             if gone not in self._moved:
                 return None
@@ -195,6 +196,8 @@ class Gimbal:
                 wanted.append((int(system), int(component)))
             else:
                 return Taken((self._ack(int(message.command), sender, self._m.MAV_RESULT_DENIED),))
+        if any(self._is_silent(one) for one in {*wanted} - {self.controller, self._second}):
+            return Taken((self._ack(int(message.command), sender, self._m.MAV_RESULT_DENIED),))
         before, (self.controller, self._second) = self.controller, wanted
         # whoever takes control has just been heard
         if self.controller not in (NOBODY, before):
@@ -218,13 +221,16 @@ class Gimbal:
 
     def _may(self, sender: Sender, now_s: float) -> bool:
         """Whether the sender is in control, which it comes to be by its first command when nobody is."""
-        if self.controller == NOBODY:
+        if self.controller == NOBODY and not self._is_silent(sender):
             self.controller = sender
             self._heard_s[sender] = now_s
         may = sender in (self.controller, self._second)
         if may:
             self._moved.add(self.controller)
         return may
+
+    def _is_silent(self, sender: Sender) -> bool:
+        return self._heard_s.get(sender) == -math.inf
 
     def _followed(self, sender: Sender, now_s: float, wish: Wish | None) -> Taken:
         return Taken(wish=wish) if wish is not None and self._may(sender, now_s) else _NOTHING
