@@ -123,7 +123,7 @@ class Obedience:
 
     def complaint(self, place: int) -> str:
         """What is to be said of a drive that does not obey."""
-        if not self.starving or self._unheeded[place] <= self._patience[place]:
+        if self._unheeded[place] <= self._patience[place]:
             return ""
         sample = self._drives[place].sample
         says = "says nothing" if sample.words == self._words[place] else f"says {sample.power.value}"

@@ -257,6 +257,13 @@ def test_an_order_is_repeated_until_a_newer_word_and_nobody_is_fed_who_does_not_
     assert b"starved" not in [frame.data for frame in obedience.frames()]
 
 
+@pytest.mark.parametrize("power", Power)
+def test_a_drive_is_told_nothing_before_the_first_order(power: Power) -> None:
+    drive = Told()
+    drive.says(power)
+    assert [frame.data for frame in Obedience([drive], 1e-3).frames()] == [b"fed"]
+
+
 STATES = (0x40, 0x21, 0x23, 0x27, 0x07, 0x0F, 0x08)
 
 
