@@ -27,6 +27,7 @@ def spread(joint: ObservedJoint, K: np.ndarray) -> np.ndarray:
     A, H = joint.transition(), np.zeros((2, 6))
     H[0, 0] = H[1, 4] = 1.0
     Q = np.zeros((6, 6))
+    Q[1, 1] = (joint.encoder_noise_rad * joint.bandwidth_rad_s**3 * STEP_S / joint.gusts_above_rad_s) ** 2
     Q[2, 2] = joint.encoder_noise_rad**2 * STEP_S * joint.bandwidth_rad_s**6 * STEP_S
     Q[3, 3] = joint.offset_walk_rad_s**2 * STEP_S
     R = np.diag([joint.encoder_noise_rad**2, joint.gyro_noise_rad_s**2])
@@ -34,9 +35,10 @@ def spread(joint: ObservedJoint, K: np.ndarray) -> np.ndarray:
     return np.diag(solve_discrete_lyapunov(kept @ A, 1e12 * (kept @ Q @ kept.T + K @ R @ K.T)))
 
 
+@pytest.mark.parametrize("gusts_above", [np.inf, 60.0])
 @pytest.mark.parametrize("lag", [LAG, (0.0,) * 6])
-def test_no_other_gains_estimate_better(lag: tuple[float, ...]) -> None:
-    joint = ObservedJoint(STEP_S, 4.3e-7, 2e-4, 150.0, 0.003, lag)
+def test_no_other_gains_estimate_better(lag: tuple[float, ...], gusts_above: float) -> None:
+    joint = ObservedJoint(STEP_S, 4.3e-7, 2e-4, 150.0, 0.003, lag, gusts_above)
     K = joint.gains()
     best = spread(joint, K)[:4]
     draw = np.random.default_rng(1)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,10 +27,13 @@ from gimbal_hil.knowledge.tuning import (
     tuned,
     tuning_task,
 )
+from gimbal_hil.knowledge.tuning.choosing import steady_gains
 from gimbal_hil.knowledge.tuning.loops import Disturbances
 from gimbal_hil.loop.settings import (
     DaemonSettings,
+    JointObserver,
     load_settings,
+    observed_joint,
     settings_from_document,
     shipped_settings,
     shipped_settings_path,
@@ -119,6 +124,29 @@ def heavier(times: float) -> AntennaModel:
         paths = [f"body.inertia.{key}" for key in ("xx", "yy", "zz", "xy", "xz", "yz")]
         model = model.with_numbers(axis, {path: times * model.number(axis, path) for path in paths})
     return model
+
+
+@pytest.mark.parametrize(("bandwidth", "gusts_above"), [(150.0, math.inf), (700.0, 80.0), (200.0, 2.0)])
+def test_the_gains_of_the_search_are_those_of_the_host(bandwidth: float, gusts_above: float) -> None:
+    model = shipped_model("realistic")
+    observer = JointObserver(bandwidth_rad_s=bandwidth)
+    joint = replace(observed_joint(model, "outer", 1e-3, observer), gusts_above_rad_s=gusts_above)
+    np.testing.assert_allclose(steady_gains(joint), joint.gains(), rtol=1e-4, atol=1e-7 * np.abs(joint.gains()).max())
+
+
+def test_an_observer_that_expects_gusts_is_stiffer_at_the_same_margin_and_shakes_the_torque_no_more_than_allowed(
+    realistic: Tuning, tmp_path: Path
+) -> None:
+    model, settings = shipped_model("realistic"), in_force(realistic, tmp_path)
+    for axis, gusts in (("outer", 110e-6), ("inner", 105e-6)):
+        task = tuning_task(model, axis, settings.step_s, MARGIN)
+        assert settings.axes[axis].observer is not None and settings.axes[axis].observer.gusts_above_rad_s
+        laws = laws_of(settings, model, axis, task)
+        for law, case in zip(laws, task.cases, strict=True):
+            # a torque of 1 rad/s^2, even over the band of gusts
+            given = replace(task.disturbances, gust_nm=case.inertia_kg_m2)
+            found = errors(law, case, task.frequencies, given)
+            assert found.gust_rad < gusts and found.noise_nm < 1.05 * task.most_noise_nm
 
 
 def test_a_margin_that_nothing_keeps_is_said_by_axis() -> None:

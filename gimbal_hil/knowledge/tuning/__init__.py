@@ -16,6 +16,7 @@ from gimbal_hil.knowledge.tuning.loops import (
     least_margin,
     margins,
 )
+from gimbal_hil.knowledge.tuning.predicting import PredictedJoint, natural_of, predicted_joint
 from gimbal_hil.knowledge.tuning.rivals import as_array, linear_quadratic, loop_shaped, notched
 from gimbal_hil.knowledge.tuning.stability import largest_pole
 from gimbal_hil.knowledge.tuning.tuning import (
@@ -40,6 +41,7 @@ __all__ = [
     "LoopFigures",
     "NoMarginError",
     "ObservedLaw",
+    "PredictedJoint",
     "SampledLaw",
     "Tuning",
     "TuningTask",
@@ -59,7 +61,9 @@ __all__ = [
     "linear_quadratic",
     "loop_shaped",
     "margins",
+    "natural_of",
     "notched",
+    "predicted_joint",
     "regulated",
     "told_wrong",
     "tuned",

@@ -10,10 +10,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_discrete_are
+from scipy.optimize import minimize
 
 from gimbal_hil.knowledge.tuning.axis_cases import told_wrong
 from gimbal_hil.knowledge.tuning.loops import (
@@ -29,7 +32,12 @@ from gimbal_hil.knowledge.tuning.loops import (
     filter_response,
 )
 from gimbal_hil.knowledge.tuning.stability import largest_pole
-from gimbal_hil.loop.control import ObservedJoint
+from gimbal_hil.loop.control import MEASURED_STATES, ObservedJoint
+
+#: numbers of a design: the second one is a crossing (rad/s)
+Numbers = tuple[float, ...]
+#: an observer of a bandwidth and of the frequency above which disturbances are gusts (rad/s)
+JointMaker = Callable[[float, float], ObservedJoint]
 
 #: share by which a plant may differ from its model with the loops still stable
 WRONG_SHARE = 0.3
@@ -42,10 +50,18 @@ _CORNER_SHARES = (0.05, 0.1, 1.0 / 6.0, 0.25)
 _LEAST_LAG_TICKS = 4.0
 #: the position loop's integrator only takes out what a gyro's bias leaves: its corner, rad/s
 _SLOW_CORNER_RAD_S = 1.0
-#: refinement: factors on the numbers, up or down or not, each way; from so many beginnings, this far apart
-_FINER = (1.12, 1.04)
-_TURNS = tuple(turn for turn in itertools.product((-1, 0, 1), repeat=3) if any(turn))
+#: what an observer that expects gusts is tried with, over the same: its bandwidth, the corner of gusts, gains
+_OBSERVED, _CORNERS = np.geomspace(0.5, 4.0, 5), np.array([0.08, 0.25, 0.8])
+_POSITIONS, _OBSERVED_CROSSINGS = np.geomspace(0.08, 0.7, 5), np.geomspace(0.2, 1.0, 5)
+#: refinement from so many beginnings, this far apart: size of the first simplex in logarithms, evaluations for each
+#: number; what counts for a share of what is asked that is lacking, for the size of a pole and for any beyond one
 _STARTS, _APART = 3, 1.5
+_SIMPLEX, _EVALUATIONS = 0.2, 45
+_SHORT, _POLES, _LEAST_SHORT = 20.0, 50.0, 0.01
+#: the cost of numbers that make no law
+_UNSOLVED = 1e3
+#: so much worse than the best (in the error's logarithm) is not looked at any closer
+_HOPELESS = 0.1
 
 
 @dataclass(frozen=True)
@@ -57,6 +73,8 @@ class TuningTask:
     disturbances: Disturbances
     #: least disk margin of every case
     margin: float
+    #: torque by the sensors' noise (N m rms) beyond which loops count as worse
+    most_noise_nm: float = math.inf
 
     @property
     def frequencies(self) -> NDArray[np.float64]:
@@ -118,14 +136,14 @@ def survives(laws: Sequence[Law], task: TuningTask) -> bool:
 
 @dataclass(frozen=True)
 class LoopChoice:
-    """Numbers of a law, (position 1/s, rate crossing rad/s, third), and the laws they make on the cases."""
+    """Numbers of a law, each in its design's order, and the laws they make on the cases."""
 
-    numbers: tuple[float, float, float]
+    numbers: Numbers
     laws: tuple[Law, ...]
 
 
-#: laws on the cases for three numbers
-Maker = Callable[[tuple[float, float, float]], tuple[Law, ...]]
+#: laws on the cases for a design's numbers
+Maker = Callable[[Numbers], tuple[Law, ...]]
 
 
 def choose_cascade(task: TuningTask) -> LoopChoice | None:
@@ -135,7 +153,7 @@ def choose_cascade(task: TuningTask) -> LoopChoice | None:
     return search(cascade_grid(task), lambda numbers: cascade_laws(numbers, task), task)
 
 
-def cascade_grid(task: TuningTask) -> Iterator[tuple[float, float, float]]:
+def cascade_grid(task: TuningTask) -> Iterator[Numbers]:
     """Numbers of cascades to begin a search with."""
     return (
         (position * crossing, crossing, corner * crossing)
@@ -145,7 +163,7 @@ def cascade_grid(task: TuningTask) -> Iterator[tuple[float, float, float]]:
     )
 
 
-def cascade_laws(numbers: tuple[float, float, float], task: TuningTask) -> tuple[Law, ...]:
+def cascade_laws(numbers: Numbers, task: TuningTask) -> tuple[Law, ...]:
     """The cascade of these numbers on each case; its torque per rate is that of the largest inertia."""
     position, crossing, corner = numbers
     kp = crossing * max(case.inertia_kg_m2 for case in task.cases)
@@ -153,52 +171,65 @@ def cascade_laws(numbers: tuple[float, float, float], task: TuningTask) -> tuple
     return (law,) * len(task.cases)
 
 
-def choose_observed(task: TuningTask, joint: Callable[[float], ObservedJoint], delay_ticks: int) -> LoopChoice | None:
+def choose_observed(task: TuningTask, joint: JointMaker, delay_ticks: int) -> LoopChoice | None:
     """Observer and gains of least predicted error, numbers (position kp 1/s, rate crossing rad/s, observer's bandwidth
-    rad/s); `joint` makes an observer of a bandwidth.
+    rad/s, frequency above which disturbances are gusts rad/s); `joint` makes an observer of the last two.
+
+    Gusts in the observer's filter do what loop transfer recovery does (Doyle and Stein 1981): they take back the phase
+    that an observer costs which expects disturbances to last, and with it the stiffness at a given margin.
     """
     top, make = task.quickest_rad_s, observed_maker(task, joint, delay_ticks)
-    grid = (
-        (position * crossing, crossing, bandwidth)
-        for bandwidth in bandwidths(task)
-        for crossing in top * _CROSSINGS
-        for position in _POSITION_SHARES
-    )
-    return search(grid, make, task)
+    grid = itertools.product(top * _OBSERVED, top * _CORNERS, top * _POSITIONS, top * _OBSERVED_CROSSINGS)
+    turned = ((position, crossing, bandwidth, corner) for bandwidth, corner, position, crossing in grid)
+    return search(turned, make, task)
 
 
 def bandwidths(task: TuningTask) -> NDArray[np.float64]:
-    """Bandwidths (rad/s) of observers to begin a search with."""
+    """Bandwidths (rad/s) of observers to begin a search with, all of whose disturbances last."""
     return np.asarray(task.quickest_rad_s * _BANDWIDTHS)
 
 
-def observed_maker(task: TuningTask, joint: Callable[[float], ObservedJoint], delay_ticks: int) -> Maker:
+def observed_maker(task: TuningTask, joint: JointMaker, delay_ticks: int) -> Maker:
     """Laws of an observer on each case, which it knows but for the friction."""
     w, most = task.frequencies, max(case.inertia_kg_m2 for case in task.cases)
-    known: dict[float, tuple[ObservedJoint, NDArray[np.float64], FilterResponse]] = {}
 
-    def make(numbers: tuple[float, float, float]) -> tuple[Law, ...]:
-        position, crossing, bandwidth = numbers
-        if bandwidth not in known:
-            one = joint(bandwidth)
-            gains = one.gains()
-            known[bandwidth] = one, gains, filter_response(one, gains, w)
-        one, gains, filtered = known[bandwidth]
-        return tuple(
-            ObservedLaw(one, gains, position, crossing * most, case.inertia_kg_m2, delay_ticks, filtered)
-            for case in task.cases
-        )
+    @lru_cache(maxsize=8)
+    def filtered(bandwidth: float, corner: float) -> tuple[ObservedJoint, NDArray[np.float64], FilterResponse]:
+        one = joint(bandwidth, corner)
+        gains = steady_gains(one)
+        return one, gains, filter_response(one, gains, w)
+
+    def make(numbers: Numbers) -> tuple[Law, ...]:
+        position, crossing, bandwidth, corner = numbers
+        one, gains, response = filtered(bandwidth, corner)
+        laws, answered = [], {}
+        for inertia in (case.inertia_kg_m2 for case in task.cases):
+            law = ObservedLaw(one, gains, position, crossing * most, inertia, delay_ticks)
+            if inertia not in answered:
+                answered[inertia] = law.accelerations(w, response)
+            laws.append(replace(law, answered=answered[inertia]))
+        return tuple(laws)
 
     return make
 
 
-def search(grid: Iterator[tuple[float, float, float]], make: Maker, task: TuningTask) -> LoopChoice | None:
-    """Best of a grid, refined from several beginnings by steps in all numbers at once while that gains and the margins
-    hold: along an edge of what they allow a step in one number alone leads nowhere.
-    """
+def steady_gains(joint: ObservedJoint) -> NDArray[np.float64]:
+    """`ObservedJoint.gains` by a solver that is quick for every bandwidth, because a search asks a thousand times."""
+    Q, R = joint.noises()
+    rows = list(MEASURED_STATES)
+    # both sensors in units of their noise: the spectra lie twenty powers of ten apart
+    scale = np.sqrt(np.diag(R))
+    measured = np.zeros((2, len(Q)))
+    measured[(0, 1), rows] = 1.0 / scale
+    P = solve_discrete_are(joint.transition().T, measured.T, Q, np.eye(2))
+    return np.asarray(np.linalg.solve(P[np.ix_(rows, rows)] + R, P[rows]).T, dtype=np.float64)
+
+
+def search(grid: Iterator[Numbers], make: Maker, task: TuningTask) -> LoopChoice | None:
+    """Best of a grid, refined from several beginnings by the simplex method in the numbers' logarithms."""
     w = task.frequencies
     ranked = sorted((error, numbers) for numbers in grid if (error := _error(make(numbers), task, w)) < math.inf)
-    starts: list[tuple[float, float, float]] = []
+    starts: list[Numbers] = []
     for _, numbers in ranked:
         if all(_apart(numbers, one) for one in starts) and survives(make(numbers), task):
             starts.append(numbers)
@@ -210,29 +241,62 @@ def search(grid: Iterator[tuple[float, float, float]], make: Maker, task: Tuning
     return LoopChoice(best, make(best))
 
 
-def _apart(one: tuple[float, float, float], other: tuple[float, float, float]) -> bool:
+def _apart(one: Numbers, other: Numbers) -> bool:
     return any(max(a / b, b / a) > _APART for a, b in zip(one, other, strict=True))
 
 
-def _refined(
-    best: tuple[float, float, float], make: Maker, task: TuningTask
-) -> tuple[float, tuple[float, float, float]]:
-    """Error and numbers at the end of the way down from a beginning."""
-    w, top = task.frequencies, task.quickest_rad_s
-    least = _error(make(best), task, w)
-    for factor in _FINER:
-        gained = True
-        while gained:
-            gained = False
-            for turn in _TURNS:
-                tried = best[0] * factor ** turn[0], best[1] * factor ** turn[1], best[2] * factor ** turn[2]
-                if tried[1] > top or tried[0] > _POSITION_SHARES[-1] * tried[1]:
-                    continue
-                laws = make(tried)
-                error = _error(laws, task, w)
-                if error < least * (1.0 - 1e-3) and survives(laws, task):
-                    best, least, gained = tried, error, True
-    return least, best
+def _refined(start: Numbers, make: Maker, task: TuningTask) -> tuple[float, Numbers]:
+    """Error and numbers of the best loops on the way down from a beginning, of those that hold all that is asked."""
+    best = [(_error(make(start), task, task.frequencies), start)]
+
+    def cost(logarithms: NDArray[np.float64]) -> float:
+        numbers = tuple(float(number) for number in np.exp(logarithms))
+        try:
+            laws = make(numbers)
+        except np.linalg.LinAlgError:
+            # numbers so far apart that their Riccati equation has no solution in double precision
+            return _UNSOLVED
+        error, short = _judged(laws, numbers, task)
+        if short >= 1.0:
+            return _SHORT * short
+        found = math.log(error) + _SHORT * short
+        if found > math.log(best[0][0]) + _HOPELESS:
+            # wrong plants take most of the time, and would only make it worse
+            return found
+        unstable = max(
+            largest_pole(law, plant)
+            for law, case in zip(laws, task.cases, strict=True)
+            for plant in told_wrong(case, WRONG_SHARE, task.step_s)
+        )
+        if unstable >= 1.0:
+            return found + _SHORT * (_POLES * (unstable - 1.0) + _LEAST_SHORT)
+        if short == 0.0 and error < best[0][0]:
+            best[0] = error, numbers
+        return found
+
+    at = np.log(np.array(start))
+    simplex = np.vstack([at, at + _SIMPLEX * np.eye(len(at))])
+    minimize(
+        cost,
+        at,
+        method="Nelder-Mead",
+        options={"initial_simplex": simplex, "maxfev": _EVALUATIONS * len(at), "xatol": 5e-3, "fatol": 1e-4},
+    )
+    return best[0]
+
+
+def _judged(laws: Sequence[Law], numbers: Numbers, task: TuningTask) -> tuple[float, float]:
+    """Worst predicted error (rad rms), and by what share laws fall short of the margin and cross above what delay and
+    lag allow. Zero: of nothing; from one on there is no error to tell.
+    """
+    poles = max(largest_pole(law, case) for law, case in zip(laws, task.cases, strict=True))
+    if poles >= 1.0:
+        return math.inf, poles
+    w = task.frequencies
+    margin = min(disk_margin(law.torque(w, case)) for law, case in zip(laws, task.cases, strict=True))
+    found = max(_counted(law, case, task, w) for law, case in zip(laws, task.cases, strict=True))
+    beyond = math.log(max(1.0, numbers[1] / task.quickest_rad_s))
+    return found, min(max(0.0, 1.0 - margin / task.margin) + beyond, 1.0)
 
 
 def _error(laws: Sequence[Law], task: TuningTask, w: NDArray[np.float64]) -> float:
@@ -241,5 +305,11 @@ def _error(laws: Sequence[Law], task: TuningTask, w: NDArray[np.float64]) -> flo
     for law, case in zip(laws, task.cases, strict=True):
         if disk_margin(law.torque(w, case)) < task.margin or largest_pole(law, case) >= 1.0:
             return math.inf
-        worst = max(worst, errors(law, case, w, task.disturbances).rms)
+        worst = max(worst, _counted(law, case, task, w))
     return worst
+
+
+def _counted(law: Law, case: AxisDynamics, task: TuningTask, w: NDArray[np.float64]) -> float:
+    """Predicted error (rad rms) of one case, counted more where the sensors' noise shakes the torque too much."""
+    found = errors(law, case, w, task.disturbances)
+    return found.rms * max(1.0, found.noise_nm / task.most_noise_nm) ** 2

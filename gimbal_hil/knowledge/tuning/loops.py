@@ -99,8 +99,8 @@ class ObservedLaw:
     #: inertia that the law believes in (kg m^2), and ticks of delay
     inertia_kg_m2: float
     delay_ticks: int
-    #: the observer's response at the frequencies in question, where somebody has it already
-    filtered: FilterResponse | None = None
+    #: what it answers as an acceleration at the frequencies in question, where somebody has it already
+    answered: tuple[Response, Response] | None = None
 
     def torque(self, w: Frequencies, axis: AxisDynamics) -> Response:
         """As `CascadeLaw.torque`."""
@@ -110,12 +110,14 @@ class ObservedLaw:
 
     def answers(self, w: Frequencies) -> tuple[Response, Response]:
         """As `CascadeLaw.answers`."""
-        encoder, gyro = self.accelerations(w)
+        encoder, gyro = self.answered or self.accelerations(w)
         return self.inertia_kg_m2 * encoder, self.inertia_kg_m2 * gyro
 
-    def accelerations(self, w: Frequencies) -> tuple[Response, Response]:
-        """What the law answers, as an acceleration with its sign turned, to a reading of encoder and gyro."""
-        filtered = self.filtered if self.filtered is not None else filter_response(self.joint, self.gains, w)
+    def accelerations(self, w: Frequencies, filtered: FilterResponse | None = None) -> tuple[Response, Response]:
+        """What the law answers, as an acceleration with its sign turned, to a reading of encoder and gyro; `filtered`
+        is the response of its observer, where somebody has it already.
+        """
+        filtered = filtered or filter_response(self.joint, self.gains, w)
         stiff = self.rate_kp / self.inertia_kg_m2
         k = np.array([stiff * self.position_kp, stiff, 1.0])
         ahead, torque = self.joint.transition()[:3, :3], torque_input(self.joint)
@@ -241,6 +243,8 @@ class Errors:
     gyro_walk_rad: float
     noise_rad: float
     gust_rad: float
+    #: torque that the noise asks for, N m rms
+    noise_nm: float
 
     @property
     def rms(self) -> float:
@@ -269,6 +273,7 @@ def errors(law: Law, axis: AxisDynamics, w: Frequencies, given: Disturbances) ->
         given.gyro_walk_rad_s * rms((moved * np.abs(gyro) / w) ** 2),
         rms(moved**2 * noise * step_s),
         given.gust_nm * _over_band(moved, w),
+        rms(np.abs(left) ** 2 * noise * step_s),
     )
 
 

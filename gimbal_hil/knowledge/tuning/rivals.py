@@ -6,6 +6,7 @@ margin on every case and survive the wrong plants. Riccati equations are solved 
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +16,15 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag, solve_continuous_are, solve_discrete_are
 from scipy.signal import cont2discrete
 
-from gimbal_hil.knowledge.tuning.choosing import LoopChoice, Maker, TuningTask, bandwidths, cascade_grid, search
+from gimbal_hil.knowledge.tuning.choosing import (
+    LoopChoice,
+    Maker,
+    Numbers,
+    TuningTask,
+    bandwidths,
+    cascade_grid,
+    search,
+)
 from gimbal_hil.knowledge.tuning.loops import SampledLaw
 
 Matrix = NDArray[np.float64]
@@ -41,7 +50,7 @@ def notched(task: TuningTask) -> LoopChoice | None:
         one = _second_order((1.0, 2.0 * shallow * at, at * at), (1.0, 2.0 * deep * at, at * at))
         notch = _series(notch, _sampled(one, T))
 
-    def make(numbers: tuple[float, float, float]) -> tuple[SampledLaw, ...]:
+    def make(numbers: Numbers) -> tuple[SampledLaw, ...]:
         position, crossing, corner = numbers
         kp = crossing * most
         return _laws(task, w, _series(_cascade(T, position, position * _SLOW_CORNER_RAD_S, kp, kp * corner), notch))
@@ -57,7 +66,7 @@ def loop_shaped(task: TuningTask) -> LoopChoice | None:
     lag_s = one.delay_s + 0.5 * T + (2.0 * one.gyro_damping / one.gyro_rad_s if one.gyro_rad_s else 0.0)
     delay = _first_order((-0.5 * lag_s, 1.0), (0.5 * lag_s, 1.0))
 
-    def make(numbers: tuple[float, float, float]) -> tuple[SampledLaw, ...]:
+    def make(numbers: Numbers) -> tuple[SampledLaw, ...]:
         position, crossing, corner = numbers
         # torque to rate plus position times its gain, and the PI before it
         plant = _second_order((1.0 / most, position / most), (1.0, 0.0, 0.0))
@@ -103,14 +112,15 @@ def regulator(natural_rad_s: float, step_s: float) -> Regulator:
 
 def linear_quadratic(make: Maker, task: TuningTask) -> LoopChoice | None:
     """LQG with integral action: the regulator on a Kalman filter that estimates the disturbance, which is taken off.
-    `make` makes laws of an observer; numbers as `choose_observed`, two of them from one natural frequency.
+    `make` makes laws of an observer; numbers as `choose_observed`.
     """
 
-    def bound(numbers: tuple[float, float, float]) -> tuple[float, float, float]:
-        found = regulator(numbers[0], task.step_s)
-        return found.position_kp, found.crossing, numbers[2]
+    def bound(numbers: Numbers) -> Numbers:
+        bandwidth, natural = numbers
+        found = regulator(natural, task.step_s)
+        return found.position_kp, found.crossing, bandwidth, math.inf
 
-    grid = ((w, w, bandwidth) for w in task.quickest_rad_s * _REGULATORS for bandwidth in bandwidths(task))
+    grid = itertools.product(bandwidths(task), task.quickest_rad_s * _REGULATORS)
     best = search(grid, lambda numbers: make(bound(numbers)), task)
     return None if best is None else LoopChoice(bound(best.numbers), best.laws)
 

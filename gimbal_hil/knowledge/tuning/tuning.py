@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from gimbal_hil.knowledge.tuning.aims import Aim
 from gimbal_hil.knowledge.tuning.axis_cases import axis_cases
 from gimbal_hil.knowledge.tuning.choosing import (
+    JointMaker,
     LoopChoice,
     LoopFigures,
     TuningTask,
@@ -28,8 +29,12 @@ from sim_backend.model import AntennaModel, ModelKind
 MARGIN = 0.4
 #: torque that stands in for friction's where a model has none, over the torque limit
 _LEAST_WALK = 0.01
+#: torque that the sensors' noise may ask for (rms), over the torque limit
+_MOST_NOISE = 0.003
 #: what counts of walking torque and gusts in each aim: shares of the break-away torque, in a root second and rms
 _WALK_AND_GUST = {Aim.TRACKING: (1.0, 0.0), Aim.BOTH: (1.0, 0.1), Aim.POINTING: (0.25, 0.1)}
+#: what of the walking torque is left where the model's friction is fed forward
+_LEFT_WALK = 0.02
 #: the prefilter's corner over the position loop's gain, and at most (1/s); its acceleration in torque over the limit
 _PREFILTER_SHARE, _QUICKEST_PREFILTER, _ACCELERATION_SHARE = 0.25, 15.0, 0.5
 #: a number that may be off by more than this share of itself is not fed forward: half as much again is the break-even
@@ -103,7 +108,8 @@ def tuning_task(model: AntennaModel, axis: str, step_s: float, margin: float, ai
     walks, gusts = _WALK_AND_GUST[aim]
     noises = joint.encoder_noise_rad, joint.gyro_noise_rad_s
     disturbances = Disturbances(walks * walk, observer.offset_walk_rad_s, *noises, gusts * walk)
-    return TuningTask(step_s, axis_cases(model, axis), disturbances, margin)
+    limit = model.number(axis, "actuator.limit") or math.inf
+    return TuningTask(step_s, axis_cases(model, axis), disturbances, margin, _MOST_NOISE * limit)
 
 
 def laws_of(settings: DaemonSettings, model: AntennaModel, axis: str, task: TuningTask) -> tuple[Law, ...]:
@@ -112,10 +118,10 @@ def laws_of(settings: DaemonSettings, model: AntennaModel, axis: str, task: Tuni
     observer, scale = section.observer, section.rate_loop.torque_per_unit_nm
     if observer is not None:
         ticks = delay_ticks(model, axis, task.step_s, observer)
-        make = observed_maker(task, lambda _: observed_joint(model, axis, task.step_s, observer), ticks)
+        make = observed_maker(task, lambda *_: observed_joint(model, axis, task.step_s, observer), ticks)
         position = observer.position_kp_per_s or section.position_loop.kp_per_s
         rate = observer.rate_kp_s_per_rad or section.rate_loop.kp_s_per_rad
-        return make((position, scale * rate / most, observer.bandwidth_rad_s))
+        return make((position, scale * rate / most, observer.bandwidth_rad_s, observer.gusts_above_rad_s or math.inf))
     position_loop, rate_loop = section.position_loop, section.rate_loop
     gains = position_loop.kp_per_s, position_loop.ki_per_s2, rate_loop.kp_s_per_rad, rate_loop.ki_per_rad
     law = CascadeLaw(task.step_s, *gains[:2], scale * gains[2], scale * gains[3])
@@ -127,7 +133,7 @@ def _axis(settings: DaemonSettings, model: AntennaModel, axis: str, margin: floa
     cascade = choose_cascade(task)
     if cascade is None:
         raise NoMarginError(axis, margin)
-    observed = _observed(model, axis, task) if whole else None
+    observed = _observed(model, axis, task, not _uncertain(model, "friction")) if whole else None
     of_cascade = figures(cascade.laws, task)
     of_observed = figures(observed.laws, task) if observed is not None else None
     if of_observed is not None and of_observed.error_rad > of_cascade.error_rad:
@@ -136,20 +142,23 @@ def _axis(settings: DaemonSettings, model: AntennaModel, axis: str, margin: floa
     return AxisTuning(axis, before, of_cascade, of_observed, _changes(section, model, axis, task, cascade, observed))
 
 
-def _observed(model: AntennaModel, axis: str, task: TuningTask) -> LoopChoice | None:
-    def joint(bandwidth: float) -> Any:
-        return observed_joint(model, axis, task.step_s, JointObserver(bandwidth_rad_s=bandwidth))
-
-    return choose_observed(task, joint, delay_ticks(model, axis, task.step_s))
+def _observed(model: AntennaModel, axis: str, task: TuningTask, feeds_friction: bool) -> LoopChoice | None:
+    if feeds_friction:
+        left = _LEFT_WALK * task.disturbances.torque_walk_nm
+        task = replace(task, disturbances=replace(task.disturbances, torque_walk_nm=left))
+    return choose_observed(task, _joint_maker(model, axis, task), delay_ticks(model, axis, task.step_s))
 
 
 def regulated(model: AntennaModel, axis: str, task: TuningTask) -> LoopChoice | None:
     """LQG with integral action for an axis; None where none keeps the margin."""
+    ticks = delay_ticks(model, axis, task.step_s)
+    return linear_quadratic(observed_maker(task, _joint_maker(model, axis, task), ticks), task)
 
-    def joint(bandwidth: float) -> Any:
-        return observed_joint(model, axis, task.step_s, JointObserver(bandwidth_rad_s=bandwidth))
 
-    return linear_quadratic(observed_maker(task, joint, delay_ticks(model, axis, task.step_s)), task)
+def _joint_maker(model: AntennaModel, axis: str, task: TuningTask) -> JointMaker:
+    """Observers of an axis."""
+    one = observed_joint(model, axis, task.step_s, JointObserver(bandwidth_rad_s=1.0))
+    return lambda bandwidth, corner: replace(one, bandwidth_rad_s=bandwidth, gusts_above_rad_s=corner)
 
 
 def _changes(
@@ -184,9 +193,10 @@ def _changes(
         "acceleration_rad_s2": _rounded(_ACCELERATION_SHARE * limit / inertia),
     }
     if observed is not None:
-        kp, crossing, bandwidth = observed.numbers
+        kp, crossing, bandwidth, corner = observed.numbers
         found["observer"] = {
             "bandwidth_rad_s": _rounded(bandwidth),
+            "gusts_above_rad_s": _rounded(corner),
             "position_kp_per_s": _rounded(kp),
             "rate_kp_s_per_rad": _rounded(crossing * inertia / scale),
         }

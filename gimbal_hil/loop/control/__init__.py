@@ -11,7 +11,7 @@ from gimbal_hil.loop.control.compensation import (
     has_moments,
 )
 from gimbal_hil.loop.control.friction_levels import adapt_friction, friction_at, has_new_levels, modelled_friction
-from gimbal_hil.loop.control.kalman import ObservedJoint
+from gimbal_hil.loop.control.kalman import MEASURED_STATES, ObservedJoint
 from gimbal_hil.loop.control.layout import (
     ADAPT_SHARE,
     BASE_RATE_SHARE,
@@ -92,6 +92,7 @@ __all__ = [
     "LEARNS",
     "LOOP_ERROR",
     "LOOP_REFERENCE",
+    "MEASURED_STATES",
     "MOMENT_X",
     "MOVED_INERTIA",
     "NAMED_FORWARD",

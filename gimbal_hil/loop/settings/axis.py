@@ -116,6 +116,13 @@ class JointObserver(Strict):
         default=0.003,
         description="random walk of the gyro against joint and base rate, rad/s: its standard deviation after a second",
     )
+    gusts_above_rad_s: Positive | None = Field(
+        default=None,
+        description=(
+            "disturbances above this frequency are taken for gusts, which come and go, below it for lasting ones; "
+            "without a number all last"
+        ),
+    )
     position_kp_per_s: Positive | None = Field(
         default=None, description="`position_loop.kp_per_s` while the observer closes the loops; the same unless given"
     )

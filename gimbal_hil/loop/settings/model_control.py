@@ -160,6 +160,7 @@ def observed_joint(model: AntennaModel, axis: str, step_s: float, observer: Join
         observer.bandwidth_rad_s,
         observer.offset_walk_rad_s,
         lag,
+        observer.gusts_above_rad_s or math.inf,
     )
 
 

@@ -3,7 +3,7 @@
 from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant, Spread, entrants, run_arena
 from gimbal_hil.pointing.arena.base_motions import ROW_HZ as MOTION_ROW_HZ
 from gimbal_hil.pointing.arena.base_motions import AircraftMotion, Manoeuvre, Swing, Turbulence, write_motion
-from gimbal_hil.pointing.arena.controllers import CONTROLLERS, LAWS, controller_settings, least_margin_on
+from gimbal_hil.pointing.arena.controllers import CONTROLLERS, LAWS, available, controller_settings, least_margin_on
 from gimbal_hil.pointing.arena.gained import gained_blocks, gained_text, what_tuning_gave
 from gimbal_hil.pointing.arena.page import arena_blocks, arena_text
 from gimbal_hil.pointing.arena.paid import (
@@ -41,6 +41,7 @@ __all__ = [
     "Turbulence",
     "arena_blocks",
     "arena_text",
+    "available",
     "between",
     "boresight",
     "changed_parts",

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.knowledge.executor import open_executor
+from gimbal_hil.knowledge.tuning import PredictedJoint
 from gimbal_hil.loop.settings import DaemonSettings, load_settings
 from gimbal_hil.pointing.arena.controllers import about, controller_settings, law_of
 from gimbal_hil.pointing.arena.scenarios import Scenario
@@ -28,8 +29,8 @@ class Entrant:
     name: str
     settings: DaemonSettings
     text: str
-    #: what closes its loops in place of the configuration, as `run_law` takes it
-    law: NDArray[np.float64] | None = None
+    #: what closes its loops in place of the configuration: see `law_of`
+    law: NDArray[np.float64] | tuple[PredictedJoint, ...] | None = None
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from gimbal_hil.knowledge.tuning import (
     Aim,
     LoopChoice,
     NoMarginError,
+    PredictedJoint,
     SampledLaw,
     TuningTask,
     as_array,
@@ -22,7 +24,9 @@ from gimbal_hil.knowledge.tuning import (
     figures,
     laws_of,
     loop_shaped,
+    natural_of,
     notched,
+    predicted_joint,
     regulated,
     tuned,
     tuning_task,
@@ -153,7 +157,7 @@ def _tuned_cascade(document: Document) -> None:
     """The cascade that gimbal-hil tune finds for the model, with its prefilter; nothing is fed forward."""
     _plain(document)
     for name, axis in document["axes"].items():
-        for key, value in _tuned_keys()[name].items():
+        for key, value in _tuned_keys(Aim.TRACKING)[name].items():
             if key != "observer":
                 axis[key] = axis[key] | value
 
@@ -162,7 +166,7 @@ def _model_cascade(document: Document) -> None:
     """The tuned cascade with every part of the model and no observer."""
     _with_model(document, **dict.fromkeys(PARTS, True))
     for name, axis in document["axes"].items():
-        for key, value in _tuned_keys()[name].items():
+        for key, value in _tuned_keys(Aim.TRACKING)[name].items():
             if key != "observer":
                 axis[key] = axis[key] | value
 
@@ -196,11 +200,29 @@ def _lqg(document: Document) -> None:
     _with_model(document, **dict.fromkeys(PARTS, True))
     for name, axis in document["axes"].items():
         numbers, inertia = _chosen("lqg", name)
-        axis["prefilter"] = axis["prefilter"] | _tuned_keys()[name]["prefilter"]
+        axis["prefilter"] = axis["prefilter"] | _tuned_keys(Aim.TRACKING)[name]["prefilter"]
         axis["observer"] = {
             "position_kp_per_s": numbers[0],
             "rate_kp_s_per_rad": numbers[1] * inertia,
             "bandwidth_rad_s": numbers[2],
+        }
+
+
+def _mpc(document: Document) -> None:
+    """Linear predictive control at the tick's rate: the weights and the observer of lqg, and a quadratic program that
+    keeps to the limits of torque and rate over a quarter of a second, in place of the prefilter's. Every part of the
+    model.
+    """
+    _lqg(document)
+    document["model_control"]["watch"] = False
+    for name, axis in document["axes"].items():
+        limit, loop = axis["limits"]["torque_nm"], axis["position_loop"]
+        _, inertia = _chosen("lqg", name)
+        axis["prefilter"] |= {
+            "num": _QUICK,
+            "den": [1.0, _QUICK],
+            "rate_rad_s": _NEARLY * loop["rate_limit_rad_s"],
+            "acceleration_rad_s2": _NEARLY * limit / inertia,
         }
 
 
@@ -227,15 +249,26 @@ def _with_a_law(document: Document) -> None:
         axis["rate_loop"] |= {"kp_s_per_rad": 0.0, "ki_per_rad": 0.0}
 
 
-def law_of(name: str) -> NDArray[np.float64] | None:
-    """The law that closes a named controller's loops, as `run_law` takes it; None where the configuration does."""
+def law_of(name: str) -> NDArray[np.float64] | tuple[PredictedJoint, ...] | None:
+    """What closes a named controller's loops: a law as `run_law` takes it, or what is predicted of each joint; None
+    where the configuration does.
+    """
+    if name == PREDICTIVE:
+        numbers = [_chosen("lqg", axis)[0] for axis in model_named(MODEL).axes]
+        step_s = shipped_settings().step_s
+        return tuple(predicted_joint(natural_of(position, crossing), step_s) for position, crossing, *_ in numbers)
     if name not in LAWS:
         return None
     laws = [choice.laws[0] for axis in model_named(MODEL).axes for choice in [_choice(name, axis)]]
     return as_array([law for law in laws if isinstance(law, SampledLaw)])
 
 
-def _chosen(name: str, axis: str) -> tuple[tuple[float, float, float], float]:
+def available() -> list[str]:
+    """Names of the controllers whose libraries are installed."""
+    return [name for name in CONTROLLERS if name != PREDICTIVE or find_spec("daqp") is not None]
+
+
+def _chosen(name: str, axis: str) -> tuple[tuple[float, ...], float]:
     """Numbers of a design for an axis, and the inertia that they are of."""
     return _choice(name, axis).numbers, max(axis_inertias(model_named(MODEL), axis))
 
@@ -265,7 +298,7 @@ def _learned(document: Document) -> None:
 
 
 @cache
-def _tuned_keys(aim: Aim = Aim.TRACKING) -> dict[str, Document]:
+def _tuned_keys(aim: Aim) -> dict[str, Document]:
     """By axis and section, what tuning changes in the shipped configuration."""
     found: dict[str, Document] = {}
     for key, value in tuned(shipped_settings(), model_named(MODEL), MODEL, MARGIN, aim).changes.items():
@@ -280,6 +313,9 @@ def _tuned_keys(aim: Aim = Aim.TRACKING) -> dict[str, Document]:
 MODEL, OBSERVER_RAD_S = CONTROL_ANTENNA, 150.0
 #: what a model gives, each by its key
 PARTS = ("bodies", "friction", "position_torque", "extrapolate_base")
+#: the one that solves a program at every tick; corner (1/s) of its references, which are hardly smoothed, and the share
+#: of the limits within which they stay
+PREDICTIVE, _QUICK, _NEARLY = "mpc", 40.0, 0.95
 #: designs whose law is none of the host's
 LAWS: dict[str, Callable[[TuningTask], LoopChoice | None]] = {"notch": notched, "h_infinity": loop_shaped}
 CONTROLLERS: dict[str, Callable[[Document], None]] = {
@@ -299,6 +335,7 @@ CONTROLLERS: dict[str, Callable[[Document], None]] = {
     "tuned_pointing": _tuned_pointing,
     "tuned_both": _tuned_both,
     "lqg": _lqg,
+    PREDICTIVE: _mpc,
     "notch": _notch,
     "h_infinity": _h_infinity,
     "levels": _levels,

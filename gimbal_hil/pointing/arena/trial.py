@@ -11,9 +11,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.loop.host import AXIS_NAMES, AxisCommand, Guard, HostState, Mode, Segment, Shape, program_of
+from gimbal_hil.knowledge.tuning import PredictedJoint
+from gimbal_hil.loop.host import AXIS_NAMES, AxisCommand, Guard, HostState, Mode, Program, Segment, Shape, program_of
 from gimbal_hil.loop.settings import DaemonSettings
 from gimbal_hil.pointing.arena.base_motions import ROW_HZ, AircraftMotion
+from gimbal_hil.pointing.arena.predictive_run import PredictivePath
 from gimbal_hil.pointing.arena.scenarios import Scenario, Score
 from gimbal_hil.pointing.arena.wrong_numbers import with_wrong_law, with_wrong_model
 from gimbal_hil.proof.thesis import step_figures
@@ -46,7 +48,7 @@ class Trial:
     #: by what share of itself every number is off of the model that the loops use
     wrong: float = 0.0
     #: what closes the loops in place of the settings
-    law: Table | None = None
+    law: Table | tuple[PredictedJoint, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -79,23 +81,38 @@ def run_trial(trial: Trial) -> TrialOutcome:
     with tempfile.TemporaryDirectory() as folder:
         model = _on_its_base(trial, Path(folder))
         settings = with_wrong_model(trial.settings, trial.wrong, trial.seed, Path(folder))
-        if trial.law is None:
-            path, true = _through_frames(settings, model, trial.seed)
-        else:
-            law = with_wrong_law(trial.law, trial.settings, trial.wrong, trial.seed)
-            path = LawPath(settings, model, trial.seed, law)
-            true = path.joints
+        path, true = _path(trial, settings, model)
     path.connect()
     before = path.tick
-    recorded = path.run(program_of(_segments(trial.scenario, trial.settings.rate_hz)))
+    recorded = path.run(program_for(trial))
     if path.host.state is not HostState.ACTIVE:
         return TrialOutcome(*_names(trial), tripped=path.host.cause.name.lower())
     return _judged(trial, recorded, true(before))
 
 
+def program_for(trial: Trial) -> Program:
+    """What the antenna is asked for in a trial."""
+    return program_of(_segments(trial.scenario, trial.settings.rate_hz))
+
+
+def _path(
+    trial: Trial, settings: DaemonSettings, model: AntennaModel
+) -> tuple[FramePath | LawPath | PredictivePath, Callable[[int], Table]]:
+    """Host and antenna with what closes their loops, and where the joints truly were from a tick on."""
+    path: LawPath | PredictivePath
+    if trial.law is None:
+        return _through_frames(settings, model, trial.seed)
+    if isinstance(trial.law, tuple):
+        path = PredictivePath(settings, model, trial.seed, trial.law)
+    else:
+        law = with_wrong_law(trial.law, trial.settings, trial.wrong, trial.seed)
+        path = LawPath(settings, model, trial.seed, law)
+    return path, path.joints
+
+
 def _through_frames(
     settings: DaemonSettings, model: AntennaModel, seed: int
-) -> tuple[FramePath | LawPath, Callable[[int], Table]]:
+) -> tuple[FramePath, Callable[[int], Table]]:
     """Host and antenna, and where its joints truly were from a tick on."""
     seen: list[tuple[float, float]] = []
 

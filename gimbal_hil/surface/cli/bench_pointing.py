@@ -33,9 +33,9 @@ class ArenaChoice:
 def pointing(choice: ArenaChoice) -> BenchFindings:
     """Run the arena."""
     from gimbal_hil.pointing.arena import (
-        CONTROLLERS,
         arena_blocks,
         arena_text,
+        available,
         chosen,
         entrants,
         load_scenarios,
@@ -52,7 +52,7 @@ def pointing(choice: ArenaChoice) -> BenchFindings:
         for one in (load_scenarios(Path(words)) if words.endswith((".yaml", ".yml")) else chosen(shipped, words))
     ]
     picked = tuple({one.name: one for one in wanted}.values())
-    who, antennas = entrants(choice.controllers or list(CONTROLLERS)), choice.antennas or ["thesis", CONTROL_ANTENNA]
+    who, antennas = entrants(choice.controllers or available()), choice.antennas or ["thesis", CONTROL_ANTENNA]
     with ProgressBar() as bar:
         bar.begin("arena", len(picked) * len(antennas) * len(who) * choice.seeds, 0.0)
         found = run_arena(
