@@ -1,7 +1,7 @@
 """How long the quadratic programs of the arena's `mpc` take of a tick: `python -m tests.benchmarks.predictive_time`.
 
-Both axes' programs with all that Python does around them, processor and machine as they are; one scenario in which no
-limit is near, one step that is all limits.
+Processor time of both axes' programs with all that Python does around them; one scenario in which no limit is near, one
+step that is all limits.
 """
 
 from __future__ import annotations

@@ -127,7 +127,7 @@ class PredictivePath(CompiledPath):
         ]
         self._joints: list[tuple[float, float]] = []
         self._began = 0
-        #: time of both programs together, s, one a tick
+        #: processor time of both programs together, s, one a tick
         self.solving_s: list[float] = []
 
     def advance(self, ticks: int, *, until_done: bool = False, every: int = 1) -> Recorded:
@@ -141,9 +141,9 @@ class PredictivePath(CompiledPath):
             row = np.empty(LOG_WORDS, dtype=np.int64)
             self._joints.append((float(device.X[POSITION]), float(device.X[POSITION + 1])))
             decide(host.memory.words, host.plan, self.tick)
-            began = time.perf_counter()
+            began = time.thread_time()
             torques = np.array([self._torque(axis) for axis in range(2)])
-            self.solving_s.append(time.perf_counter() - began)
+            self.solving_s.append(time.thread_time() - began)
             answer(
                 host.memory.words,
                 torques,
