@@ -11,7 +11,7 @@
 
 `words.view(ANTENNA)[0]` is such a record, in Python and in compiled code alike: `antenna.joints[0].position`. It is a
 view, so writing to it writes to the words. Make it once, where the words come in, and hand it on: a view made anew in
-an inner function costs about ten nanoseconds there (docs/decisions/0063-records-in-place-of-index-names.md).
+an inner function costs about ten nanoseconds there (decision record 0063).
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 A page is a title and a tuple of blocks; `render` turns it into text, `write` puts it on disk in one move. It is under a
 megabyte: the library that draws lies in it compressed, and so do the figures, which are drawn when one comes near them
-(docs/decisions/0120-a-page-carries-a-slim-library-compressed.md).
+(docs/decisions/0120-embed-plotlys-basic-bundle-compressed-in-each-page.md).
 """
 
 from __future__ import annotations

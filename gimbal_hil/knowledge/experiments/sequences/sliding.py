@@ -4,7 +4,7 @@ The whole sequence is the thesis' (section 4.3.1): 45 speeds from 0.001 to 0.1 r
 equal ratios so that half of them lie below 0.01 rad/s, where the Stribeck effect is. Each speed is run forward and back
 between the same positions. All of the travel twice would take a slow speed 44 minutes; so slow speeds pass three
 stretches of it, near both ends and in the middle, forward and back each
-(docs/decisions/0050-slow-speeds-pass-parts-of-the-travel.md).
+(docs/decisions/0050-choose-the-slow-speeds-of-sliding-by-travel-passed.md).
 """
 
 from __future__ import annotations
