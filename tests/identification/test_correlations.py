@@ -1,4 +1,4 @@
-"""Which numbers hang together, as numbers and as a sentence."""
+"""The correlations of numbers, as a matrix and as a sentence."""
 
 from __future__ import annotations
 
