@@ -45,6 +45,11 @@ _FOREIGN: tuple[tuple[bytes, str, str], ...] = (
     (b"BZh", "compressed with bzip2", "bunzip2 FILE"),
     (b"%PDF", "a PDF", "the numbers as CSV"),
     (b"\x89PNG", "a picture", "the numbers as CSV"),
+    (b"\xff\xff\xff\xff", "a stream of Arrow", "the run folder that it is in, or the same as Parquet (pyarrow.ipc)"),
+    (b"version https://git-lfs", "a pointer of Git LFS to a file elsewhere", "git lfs pull"),
+    (b"<!DOCTYPE", "a web page", "the file itself: the link led to a page about it"),
+    (b"<html", "a web page", "the file itself: the link led to a page about it"),
+    (b"PK\x05\x06", "an empty zip archive", "the log"),
     (b"\x7fELF", "a program", "the log that it wrote"),
 )
 _ENOUGH = 4096

@@ -15,6 +15,7 @@ import numpy as np
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.preflight.impossible import MOST_REPAIRED, ColumnFault, Floats, Impossible
 from gimbal_hil.data.preflight.position_rows import impossible_positions
+from gimbal_hil.data.preflight.rate_rows import impossible_rates
 from gimbal_hil.data.preflight.torque_rows import impossible_torques
 from gimbal_hil.data.signals import SignalsTable
 from sim_backend.model import AntennaModel
@@ -22,12 +23,16 @@ from sim_backend.model import AntennaModel
 _LISTED = 3
 
 
-def questioned(model: AntennaModel, tables: Sequence[SignalsTable], repair: bool = False) -> tuple[SignalsTable, ...]:
+def questioned(
+    model: AntennaModel, tables: Sequence[SignalsTable], repair: bool = False, among_others: bool = False
+) -> tuple[SignalsTable, ...]:
     """The tables, with impossible rows made up from their neighbours where `repair` says so, which a note then tells.
 
-    BadInputError names file, column, row, time and value of what cannot be.
+    Of logs `among_others` that are not given here, one may be of a joint that coasts or is held. BadInputError names
+    file, column, row, time and value of what cannot be.
     """
-    _require_both_change(model, tables)
+    if not among_others:
+        _require_both_change(model, tables)
     return tuple(_questioned(model, table, repair) for table in tables)
 
 
@@ -51,7 +56,8 @@ def impossible_rows(model: AntennaModel, table: SignalsTable) -> list[Impossible
     return [
         one
         for axis in model.axes
-        for one in (*impossible_positions(model, table, axis), *impossible_torques(model, table, axis))
+        for look in (impossible_positions, impossible_torques, impossible_rates)
+        for one in look(model, table, axis)
     ]
 
 

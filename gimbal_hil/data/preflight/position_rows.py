@@ -20,6 +20,8 @@ _SCATTERS = 12.0
 _WAYS = 3.0
 #: encoder steps that two steps of position may differ by whatever the torque
 _STEPS = 4.0
+#: positions lie on a grid to this share of its step, more than this share of those that move
+_ON_GRID, _ALMOST_ALL_ON_GRID = 0.02, 0.9
 #: rows in a row that are a spike and no motion
 _LONGEST_SPIKE = 5
 #: both steps of a spike together are less than this share of one
@@ -34,12 +36,24 @@ def impossible_positions(model: AntennaModel, table: SignalsTable, axis: str) ->
     column, position = f"{axis}.position", table.position(axis)
     if len(position) <= 4 * AROUND:
         return
-    limit, step = model.number(axis, "actuator.limit"), model.number(axis, "encoder.step")
+    limit, step = model.number(axis, "actuator.limit"), max(model.number(axis, "encoder.step"), _grid_of(position))
     torque = np.abs(table.torque(axis))
     per_torque = table.period_s**2 / max(model.number(axis, model.own_inertia_path(axis)), 1e-12)
     strongest = limit if limit > 0.0 else float(np.quantile(torque, _ALMOST_ALL))
     yield from _stills(column, position, _ACCELERATIONS * per_torque * _largest_around(torque), step)
     yield from _places(column, position, _ACCELERATIONS * per_torque * strongest + _STEPS * step)
+
+
+def _grid_of(position: Floats) -> float:
+    """The step of the encoder where almost all positions lie on one: a log may be coarser than its model; else 0."""
+    steps = np.abs(np.diff(position))
+    steps = steps[steps > 0.0]
+    # with a few reads that are off the smallest change is no step, but the usual one of a coarse encoder is
+    for step in (float(np.min(steps)), float(np.median(steps))) if len(steps) else ():
+        counts = steps / step
+        if np.mean(np.abs(counts - np.round(counts)) < _ON_GRID) > _ALMOST_ALL_ON_GRID:
+            return step
+    return 0.0
 
 
 def _stills(column: str, position: Floats, allowed: Floats, step: float) -> Iterator[Impossible]:

@@ -14,7 +14,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals.source_terms import Term, terms_of, without_time, wrapped_on
 from gimbal_hil.data.signals.table import REPEAT, TIME, TORQUES, column_names
 from gimbal_hil.data.signals.units import unit_of
-from gimbal_hil.data.tables import UNITS, Floats, RawColumns, knows_all_units, unit_size
+from gimbal_hil.data.tables import UNITS, Floats, RawColumns, knows_all_units, listed, unit_size
 
 _PAIR = "NAME=COLUMN, NAME=COLUMN:UNIT or NAME=COLUMN@TIME:UNIT, as in azimuth.position=theta_deg:deg"
 #: names of a part of the time that say that it is in nanoseconds or microseconds, as stamps of ROS and POSIX do
@@ -115,7 +115,11 @@ def _not_there(raw: RawColumns, name: str, source: str) -> BadInputError:
         raw.require_certain(said)
     near = difflib.get_close_matches(column, raw.values, 1)
     hint = f"{near[0]!r}, perhaps; it has" if near else "one of"
-    return BadInputError(str(raw.path), f"has no column {column!r} for {name}", f"{hint} {', '.join(raw.values)}")
+    return BadInputError(
+        str(raw.path),
+        f"has no column {column!r} for {name}",
+        f"{hint} {listed(list(raw.values))}{raw.doubt_of_encoding}",
+    )
 
 
 def _summed(raw: RawColumns, name: str, terms: Sequence[Term], si: str) -> Floats:

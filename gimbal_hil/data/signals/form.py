@@ -24,10 +24,12 @@ from gimbal_hil.data.signals.table import (
     column_names,
 )
 from gimbal_hil.data.signals.torque_columns import with_torques
-from gimbal_hil.data.tables import RawColumns
+from gimbal_hil.data.tables import RawColumns, listed
 
 JITTER_LIMIT = 0.05  # of the period
 FEWEST_ROWS = 10
+#: share of the cells of a column that a repair may leave out though something is written there
+_MOST_NOT_UNDERSTOOD = 0.02
 #: a repair that keeps less of a log is not proposed
 _WORTH_KEEPING = 0.25
 
@@ -259,16 +261,15 @@ def _without(raw: RawColumns, name: str, named: AxisNames) -> BadInputError:
     axes = f"the axes {', '.join(named.axes)}{of_model}"
     hint = f"this column of {axes} (the file has {near[0]!r})" if near else f"this column for {axes}"
     if all(one.isdecimal() for one in present):
-        numbers = ", ".join(present)
-        others = f", or --column {name}=NUMBER:UNIT: the file has no header, and the columns {numbers}"
+        others = f", or --column {name}=NUMBER:UNIT: the file has no header, and the columns {listed(present)}"
     else:
-        others = f", or --column {name}=COLUMN:UNIT with what the file calls it ({', '.join(present)})"
+        others = f", or --column {name}=COLUMN:UNIT with what the file calls it ({listed(present)})"
         words = guessed_words(raw, named.axes)
         if is_read_by(words, named.axes):
             others += f"; their names suggest {command_line(words)}"
     if name == TIME and time_among(raw.values)[0] is None:
         others += ", or --rate HZ for rows that have no times"
-    return BadInputError(str(raw.path), f"has no column {name!r}", hint + others)
+    return BadInputError(str(raw.path), f"has no column {name!r}", hint + others + raw.doubt_of_encoding)
 
 
 def _valid_rows(
@@ -292,6 +293,7 @@ def _valid_rows(
         return np.arange(len(bad))
     row = int(np.argmax(bad))
     column = next(name for name in names if invalid[name][row])
+    _require_understood(raw, names)
     if not (resample or drop_invalid):
         raise _RepairableError(
             raw.where(row, column),
@@ -305,6 +307,21 @@ def _valid_rows(
         if invalid[name].all():
             raise BadInputError(f"{raw.path}: column {name}", "holds no number at all", "a number in every row")
     return np.flatnonzero(~bad if drop_invalid else ~invalid[TIME])
+
+
+def _require_understood(raw: RawColumns, names: Sequence[str]) -> None:
+    """Raise BadInputError where many cells of a column are written in a way that is not understood: they have digits,
+    so they hold values, and what is left without them (all negative ones, perhaps) is no log of the same motion.
+    """
+    for name in names:
+        written = [row for row, text in raw.texts[name].items() if any(map(str.isdigit, text))]
+        if len(written) > _MOST_NOT_UNDERSTOOD * len(raw.values[name]):
+            row = min(written)
+            raise BadInputError(
+                raw.where(row, name),
+                f"holds {raw.texts[name][row]!r}; cells that hold no number as programs write it: {len(written)}",
+                "a finite number such as -1.25e-3; these cells hold values, so no option leaves them out",
+            )
 
 
 def _what(raw: RawColumns, row: int, column: str) -> str:

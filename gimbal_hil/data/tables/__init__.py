@@ -2,7 +2,7 @@
 
 from gimbal_hil.data.tables.arrays import parquet_module
 from gimbal_hil.data.tables.file import is_text_table, read_table
-from gimbal_hil.data.tables.raw import Floats, OddLine, RawColumns
+from gimbal_hil.data.tables.raw import Floats, OddLine, RawColumns, listed
 from gimbal_hil.data.tables.unit_words import RAW_WORDS, UNITS, knows_all_units, unit_size
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "RawColumns",
     "is_text_table",
     "knows_all_units",
+    "listed",
     "parquet_module",
     "read_table",
     "unit_size",

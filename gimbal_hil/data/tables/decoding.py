@@ -7,6 +7,7 @@ import zlib
 from pathlib import Path
 
 from firmware_protocol.errors import BadInputError
+from gimbal_hil.data.tables.raw import GUESSED, IN_UTF_8
 
 GZIP_START = b"\x1f\x8b"
 #: a packed file that unpacks to more is none that was logged
@@ -20,6 +21,9 @@ _MARKS = (
 _HALVES = 0.7
 _LOOKED_AT = 4096
 _CONTROLS = frozenset(map(chr, range(32))) - set("\t\n\r\f\v\x1a\x1b\0")
+#: what nobody sees in a name: a second byte order mark, a blank without width, a joiner
+_UNSEEN = "\ufeff\u200b\u2060"
+_TAR = b"ustar"
 _EXPECTED = "a table of text, a Parquet or npz file with one row per sample"
 
 
@@ -28,7 +32,11 @@ def decoded(path: Path, data: bytes) -> tuple[str, list[str]]:
     notes: list[str] = []
     if data.startswith(GZIP_START):
         data = _unpacked(path, data, notes)
+    if data[257:262] == _TAR:
+        raise BadInputError(str(path), "is a tar archive", "the file that is in it (tar -xf FILE)")
     text = _text(path, data, notes)
+    if any(mark in text for mark in _UNSEEN):
+        text = text.translate(dict.fromkeys(map(ord, _UNSEEN)))
     if _CONTROLS.intersection(text[:_LOOKED_AT]):
         raise BadInputError(str(path), "is no text: it has control characters in it", _EXPECTED)
     # a file that was given its size beforehand ends in zeros
@@ -66,8 +74,9 @@ def _text(path: Path, data: bytes, notes: list[str]) -> str:
     try:
         text = data.decode("cp1252")
     except UnicodeDecodeError as error:
-        raise BadInputError(str(path), f"is no text: {error.reason} at byte {error.start}", _EXPECTED) from error
-    notes.append("is no UTF-8 and was read as cp1252, the usual encoding of Windows")
+        problem = f"is no text in UTF-8, UTF-16 or cp1252, from byte {error.start} on"
+        raise BadInputError(str(path), problem, f"{_EXPECTED}; of text, {IN_UTF_8}") from error
+    notes.append(f"is no UTF-8 and {GUESSED}, the usual encoding of Windows")
     return text
 
 

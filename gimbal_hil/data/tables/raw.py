@@ -16,8 +16,15 @@ from firmware_protocol.errors import BadInputError
 Floats = NDArray[np.float64]
 #: counts as large as nanoseconds since 1970 are read; what comes of them is checked in SI units
 _LARGEST_COUNT = 1e20
+#: columns that a message lists, and characters of each name
+_MOST_NAMES, _LONGEST_NAME = 24, 48
 #: words for a value that is not there
 EMPTY_WORDS = frozenset(("", "nan", "na", "n/a", "null", "none", "nat", "<na>"))
+
+
+#: what is said of a file whose encoding was guessed, and what to do where the guess is wrong
+GUESSED = "was read as cp1252"
+IN_UTF_8 = "the file in UTF-8: iconv -f ENCODING -t UTF-8 FILE > NEW, with GB18030, SHIFT_JIS or whatever wrote it"
 
 
 @dataclass(frozen=True)
@@ -61,10 +68,22 @@ class RawColumns:
         place = f"row {row + self.first_row}" if self.lines is None else f"line {self.lines[row]}"
         return f"{self.path}: {place}, column {self.called.get(column, column)}"
 
+    @property
+    def doubt_of_encoding(self) -> str:
+        """What to do about names that are not what they should be, where the encoding was guessed; else nothing."""
+        return f"; if these names look wrong, {IN_UTF_8}" if any(GUESSED in note for note in self.notes) else ""
+
     def require_certain(self, name: str) -> None:
         """BadInputError for a name that cannot be read as it is."""
         if name in self.doubts:
             raise BadInputError(str(self.path), *self.doubts[name])
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names for a message: no more, and no longer ones, than a person reads."""
+    short = [name if len(name) <= _LONGEST_NAME else f"{name[:_LONGEST_NAME]}..." for name in names[:_MOST_NAMES]]
+    more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
+    return ", ".join(short) + more
 
 
 def told_apart(names: Sequence[str]) -> tuple[list[str], dict[str, tuple[str, str]]]:

@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 from firmware_protocol.errors import BadInputError, DamagedRunError, GimbalHilError, refused_below
 from firmware_protocol.links import AdapterLinkConfig, require_known_interface
 from gimbal_hil.data.containers import Contents, contents_of, guess, survey
+from gimbal_hil.data.preflight import preflight, questioned
 from gimbal_hil.data.runs import damage_of, open_run
 from gimbal_hil.data.signals import ColumnMap, contents_of_table, guessed_words, is_read_by, read_signals
 from gimbal_hil.data.tables import RawColumns, read_table
@@ -77,11 +78,13 @@ def check_files(paths: Sequence[Path], axes: Sequence[str] = (), columns: Column
     """Check each file; BadInputError only for one that is not there or of no kind that is known.
 
     Plans and tables call axes by names that they do not declare: those of `axes`, else those of a model or
-    configuration among the files, else any. `columns` says what tables call theirs.
+    configuration among the files, else any. `columns` says what tables call theirs. With a model beside them, tables
+    are asked what the commands that use them ask: rows that no joint can make, wrong units, signs and columns.
     """
     kinds = [kind_of(path) for path in paths]
     named = tuple(axes) or _declared(kinds)
-    looks = _LOOKS | {FileKind.SIGNALS: partial(_signals, model=_model_among(paths, kinds, named), columns=columns)}
+    logs = _Logs(_model_among(paths, kinds, named), columns, [kind for kind, _ in kinds].count(FileKind.SIGNALS) == 1)
+    looks = _LOOKS | {FileKind.SIGNALS: partial(_signals, logs=logs)}
     return [
         _checked(looks[kind], path, kind, document, named) for path, (kind, document) in zip(paths, kinds, strict=True)
     ]
@@ -187,10 +190,19 @@ def _named_in(document: dict[str, Any]) -> tuple[str, ...]:
     return (OUTER, INNER) if set(found) <= {OUTER, INNER} or len(found) > 2 else found
 
 
-def _signals(
-    path: Path, _document: dict[str, Any], axes: tuple[str, ...], model: AntennaModel | None, columns: ColumnMap
-) -> _Seen:
-    named = axes or (UNNAMED_AXIS,)
+@dataclass(frozen=True)
+class _Logs:
+    """How logs are read: with the model beside them, if any, which says what no joint of it can make, and whether there
+    is only one of them.
+    """
+
+    model: AntennaModel | None
+    columns: ColumnMap
+    one: bool
+
+
+def _signals(path: Path, _document: dict[str, Any], axes: tuple[str, ...], logs: _Logs) -> _Seen:
+    named, columns = axes or (UNNAMED_AXIS,), logs.columns
     contents = None if columns.sources else contents_of(path)
     if contents is not None and not _is_ours(contents, axes):
         words = guess(contents, named)
@@ -205,7 +217,10 @@ def _signals(
             return _Seen("\n".join(lines), reads_as=words, is_strange=not whole)
     if not axes:
         raise BadInputError(str(path), "axes are not known", "--axes NAME,NAME, or the model file beside it")
-    table = read_signals(path, model or axes, columns=columns)
+    table = read_signals(path, logs.model or axes, columns=columns)
+    if logs.model is not None:
+        questioned(logs.model, (table,), among_others=not logs.one)
+        preflight(logs.model, (table,))
     notes = "".join(f"; {note}" for note in table.notes)
     return _Seen(f"{len(table)} rows at {1.0 / table.period_s:g} Hz, axes {' and '.join(axes)}{notes}")
 
