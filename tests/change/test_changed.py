@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gimbal_hil.data.signals import write_signals
-from gimbal_hil.knowledge.change import AskedCause, Heard
+from gimbal_hil.knowledge.change import CHANGED_SCHEMA, AskedCause, Heard
 from gimbal_hil.knowledge.change.comparing import _liked_best
 from gimbal_hil.knowledge.change.one_gain import as_one_gain
 from gimbal_hil.knowledge.discrepancy import Status
@@ -42,6 +42,19 @@ def test_a_cause_is_a_change_where_the_logs_before_lose_by_it(
 ) -> None:
     asked = AskedCause(("coulomb", "joint"), Status.NAMED, after, before[:2], 0.5, min(before))  # type: ignore[arg-type]
     assert asked.heard is heard
+
+
+def test_the_schema_has_every_key_and_refuses_what_no_answer_says() -> None:
+    jsonschema = pytest.importorskip("jsonschema", reason="jsonschema is not installed (the extra test has it)")
+    jsonschema.Draft202012Validator.check_schema(CHANGED_SCHEMA)
+    assert set(CHANGED_SCHEMA["required"]) == set(CHANGED_SCHEMA["properties"]) == KEYS
+    seen = {error.json_path for error in against_schema({"verdict": "better", "schema": 2, "effects": [{}]})}
+    assert {"$.verdict", "$.schema", "$.effects[0]"} <= seen
+
+
+def against_schema(answer: dict[str, object]) -> list:
+    jsonschema = pytest.importorskip("jsonschema", reason="jsonschema is not installed (the extra test has it)")
+    return list(jsonschema.Draft202012Validator(CHANGED_SCHEMA).iter_errors(answer))
 
 
 def test_the_share_that_is_liked_best_lies_at_the_bottom_of_a_parabola() -> None:
@@ -86,7 +99,9 @@ def answer(
     logs = [word for option, some in names.items() for word in (option, *some)]
     out = ["--model", str(folder / "model.yaml"), "--out", str(folder / "out"), "--workers", "1"]
     code = run("changed", [*logs, *out, *words])
-    return code, json.loads((folder / "out" / "changed.json").read_text())
+    found = json.loads((folder / "out" / "changed.json").read_text())
+    assert not against_schema(found)
+    return code, found
 
 
 @pytest.mark.heavy

@@ -14,6 +14,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.knowledge.experiments import REFERENCE_SHAPES, REFERENCE_UNITS
 from gimbal_hil.knowledge.experiments.plan import plan_from_document
 from gimbal_hil.surface.checking import SCHEMA_KINDS, FileKind, kind_of, schema_of, schema_text
+from gimbal_hil.surface.cli.app import run
 from sim_backend.effects import CATALOGUE
 from sim_backend.shipped import shipped_file
 
@@ -86,3 +87,8 @@ def test_every_effect_of_the_catalogue_may_stand_in_a_model(effect: Any) -> None
     assert not faults(document, FileKind.MODEL)
     document["effects"] = [entry | {"no_parameter": 1.0}]
     assert faults(document, FileKind.MODEL)
+
+
+def test_the_schema_of_an_answer_is_printed_by_its_command(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("check", ["--schema", "changed"]) == 0
+    assert json.loads(capsys.readouterr().out)["title"] == "gimbal-hil changed.json"

@@ -24,6 +24,7 @@ def change_page(comparison: MachineComparison) -> Page:
     """The page for one comparison."""
     document = document_of(comparison)
     worst = max(comparison.left, key=lambda one: one.after)
+    causes = bool(comparison.found.effects)
     blocks: list[Block] = [
         Callout(document["text"], _TONES[comparison.kind]),
         Tiles(
@@ -31,7 +32,7 @@ def change_page(comparison: MachineComparison) -> Page:
                 (comparison.kind.value.replace("_", " "), "verdict"),
                 (str(len(document["effects"])), "causes that changed"),
                 (f"{worst.before:.1f} → {worst.after:.1f}", "noise floors left, logs before → after"),
-                (f"{worst.told:.1f}", "left of those after with the causes told for them"),
+                *([(f"{worst.told:.1f}", "left of those after with the causes told for them")] if causes else []),
             )
         ),
     ]
@@ -42,7 +43,11 @@ def change_page(comparison: MachineComparison) -> Page:
         Plot(
             _left_figure(comparison),
             "Rms left by the model that was fitted to the logs before, in noise floors of each channel: of those logs, "
-            "of the logs after, and of the logs after with the causes that were told for them.",
+            + (
+                "of the logs after, and of the logs after with the causes that were told for them."
+                if causes
+                else "and of the logs after."
+            ),
         ),
     ]
     if document["dismissed"]:
@@ -116,7 +121,7 @@ def _unseen(document: dict[str, Any]) -> list[Block]:
             (
                 f"{one['name']} ({one['axis']})",
                 f"{one['parameter']} {one['size']:g}{'' if one['unit'] == '1' else ' ' + one['unit']}",
-                "" if one["relative"] is None else f"{one['relative']:.0%}",
+                "" if one["relative"] is None else f"{100.0 * one['relative']:.3g} %",
             )
             for one in document["smallest_shown"]
         ]
@@ -133,11 +138,13 @@ def _left_figure(comparison: MachineComparison) -> Drawing:
 
     labels = [f"{one.axis} {one.signal.replace('_', ' ')}" for one in comparison.left]
     drawn = figure("Left over, in noise floors", "", "rms / noise floor", 340)
-    for name, values, colour in (
+    sides = [
         ("logs before", [one.before for one in comparison.left], REFERENCE),
         ("logs after", [one.after for one in comparison.left], MEASURED),
-        ("logs after, causes added", [one.told for one in comparison.left], MODEL),
-    ):
+    ]
+    if comparison.found.effects:
+        sides.append(("logs after, causes added", [one.told for one in comparison.left], MODEL))
+    for name, values, colour in sides:
         drawn.add_bar(name=name, x=labels, y=values, marker=dict(color=colour))
     in_floors(drawn, [size for one in comparison.left for size in (one.before, one.after, one.told)])
     return drawn

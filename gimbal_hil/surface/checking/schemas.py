@@ -33,8 +33,10 @@ _TITLES = {
     FileKind.MODEL: "gimbal-hil model of an antenna",
     FileKind.PLAN: "gimbal-hil plan of an experiment",
 }
-#: kinds of files that have a schema
+#: kinds of files that people write and that have a schema
 SCHEMA_KINDS = tuple(_TITLES)
+#: commands whose answers have one
+ANSWER_SCHEMAS = ("changed",)
 
 
 def schema_of(kind: FileKind) -> Schema:
@@ -45,7 +47,19 @@ def schema_of(kind: FileKind) -> Schema:
 
 def schema_text(kind: FileKind) -> str:
     """The schema as a file holds it."""
-    return json.dumps(schema_of(kind), indent=1, ensure_ascii=False) + "\n"
+    return _as_text(schema_of(kind))
+
+
+def answer_schema_text(command: str) -> str:
+    """The schema of what a command of `ANSWER_SCHEMAS` answers; KeyError for another one."""
+    # the search comes with it, which nothing else here needs
+    from gimbal_hil.knowledge.change import CHANGED_SCHEMA
+
+    return _as_text({"changed": CHANGED_SCHEMA}[command])
+
+
+def _as_text(schema: Schema) -> str:
+    return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
 
 
 def _in_one_line(schema: Any) -> Any:

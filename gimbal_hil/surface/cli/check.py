@@ -28,7 +28,9 @@ def command(
     column: Annotated[list[str] | None, typer.Option(metavar=COLUMN_PAIR, help=COLUMN_HELP)] = None,
     schema: Annotated[
         str | None,
-        typer.Option(metavar="KIND", help="Print the JSON schema of a configuration, model or plan instead."),
+        typer.Option(
+            metavar="KIND", help="Print the JSON schema of a configuration, model, plan or changed.json instead."
+        ),
     ] = None,
     junit: Annotated[Path | None, typer.Option(metavar="FILE", help="The findings as JUnit XML too (CI).")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as one JSON object.")] = False,
@@ -67,11 +69,14 @@ def command(
 
 def _print_schema(name: str) -> int:
     from firmware_protocol.errors import EXIT_DONE, BadInputError
-    from gimbal_hil.surface.checking import SCHEMA_KINDS, schema_text
+    from gimbal_hil.surface.checking import ANSWER_SCHEMAS, SCHEMA_KINDS, answer_schema_text, schema_text
 
+    if name in ANSWER_SCHEMAS:
+        print(answer_schema_text(name), end="")
+        return EXIT_DONE
     kind = next((kind for kind in SCHEMA_KINDS if kind.value == name), None)
     if kind is None:
-        raise BadInputError("--schema", f"no kind {name!r}", ", ".join(SCHEMA_KINDS))
+        raise BadInputError("--schema", f"no kind {name!r}", ", ".join([*SCHEMA_KINDS, *ANSWER_SCHEMAS]))
     print(schema_text(kind), end="")
     return EXIT_DONE
 
