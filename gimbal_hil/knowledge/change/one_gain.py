@@ -1,4 +1,4 @@
-"""Numbers that changed by one factor are one gain: a commanded torque that makes more of itself moves less of all."""
+"""Reports numbers that all changed by one factor as one torque gain."""
 
 from __future__ import annotations
 

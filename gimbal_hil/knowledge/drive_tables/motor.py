@@ -1,4 +1,4 @@
-"""How a drive's turns and torques go with those of its joint."""
+"""Conversion of turns and torques between a drive and its joint."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Set-points for the simulated drives' own loops, as a host sends them: position, rate and a torque beside them."""
+"""Set-points for the simulated drives' own loops, as a host sends them: position, rate and feed-forward torque."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The whole identification of one axis: map, presliding, output error, regression, and what they say together."""
+"""Identification of one axis: velocity map, presliding, output error, regression, and their combined result."""
 
 from __future__ import annotations
 

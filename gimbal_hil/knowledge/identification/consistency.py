@@ -1,4 +1,4 @@
-"""Physical bounds and contradictions: what the numbers or the data themselves say against each other."""
+"""Physical bounds and contradictions: numbers that violate a bound, and data that disagree with each other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Profile-likelihood intervals: how far a parameter can be moved, all others refitted, before the data object."""
+"""Profile-likelihood intervals: how far a parameter can move, all others refitted, before the fit gets worse."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""What the rigid body takes of the torque along a measured motion: gravity, base motion and the other axis, from the
-model.
-"""
+"""The part of the torque that the rigid body needs along a measured motion: gravity, base motion and the other axis."""
 
 from __future__ import annotations
 

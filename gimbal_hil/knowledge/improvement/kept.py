@@ -1,4 +1,4 @@
-"""What stays of a round: verdict, page and model, as `discrepancy` writes them."""
+"""The files that a round keeps: verdict, page and model, as `discrepancy` writes them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an experiment's run measured, as one signals table: from its first step to where the way back begins."""
+"""The measurement of an experiment's run as one signals table: from its first step until the return motion begins."""
 
 from __future__ import annotations
 

@@ -141,7 +141,7 @@ def _until_open(process: subprocess.Popen[bytes], run: Path, log: Path) -> None:
                 f"the daemon ended at once: {lines[-1].removeprefix('error: ') if lines else 'without a message'}"
             )
         if time.monotonic() > end:
-            raise LinkError(f"{run}: the daemon did not open its door")
+            raise LinkError(f"{run}: the daemon did not open its operator socket")
         time.sleep(0.05)
 
 

@@ -1,4 +1,4 @@
-"""Numbers that tuned loops hang on and nobody measured: what a model says of where they come from."""
+"""Assumed, unmeasured numbers on which tuned loops depend, as the model's sources state them."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""A hypothesis at its best coordinates: bounded least squares on the evidence, known numbers inside their stated
-uncertainty.
-"""
+"""Fits a hypothesis: bounded least squares on the evidence, known numbers held inside their stated uncertainty."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""What a search works on, and a hypothesis' standing there: frozen values that every step of the method takes and
-gives.
-"""
+"""What a search works on, and how well a hypothesis fits it: frozen values that each step takes and returns."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""Everything that is chosen in naming a cause, in one place; each number trades false names against misses
-(docs/reference/discrepancy.md).
-"""
+"""Thresholds of naming a cause that trade false names against misses (docs/reference/discrepancy.md)."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def check_logs(model: AntennaModel, tables: tuple[SignalsTable, ...], band_hz: f
     lowest = max(_LOWEST_BAND_HZ, _NARROWEST_BAND / period)
     if band_hz is not None and not lowest <= band_hz <= _WIDEST_BAND / period:
         expected = f"{lowest:g} to {_WIDEST_BAND / period:g} Hz for rows every {period:g} s"
-        raise BadInputError(f"--band {band_hz:g}", "is a band that these logs do not hold", expected)
+        raise BadInputError(f"--band {band_hz:g}", "is not a band of these logs", expected)
     check_alike(tables)
     for table in tables:
         where = table.source or "log"

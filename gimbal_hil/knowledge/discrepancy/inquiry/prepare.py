@@ -1,6 +1,4 @@
-"""From logs to an inquiry: records in the band that says most, floors, candidates, and the known numbers where the data
-puts them.
-"""
+"""From logs to an inquiry: records in the scored band, floors, candidates, known numbers refitted to the data."""
 
 from __future__ import annotations
 

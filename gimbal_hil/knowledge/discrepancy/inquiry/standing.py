@@ -1,4 +1,4 @@
-"""How a model stands to one log, without a search: what it leaves of each channel beside the noise floor."""
+"""How well a model fits one log, without a search: the residual of each channel beside its noise floor."""
 
 from __future__ import annotations
 

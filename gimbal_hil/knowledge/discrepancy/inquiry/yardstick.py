@@ -1,9 +1,10 @@
-"""A yardstick that does not know the candidate: what a regression with free numbers leaves of the hold-out.
+"""A noise floor that does not depend on the model under test: what a regression with free numbers leaves of the
+hold-out.
 
-A floor that is computed with the model under test grows with its own errors: a wrong inertia times the encoder's
-error, or a resonance that nobody modelled, stands above the band and is carried down into it as noise. What a plain
-regression explains on data that it has not seen is no noise, whoever computed a floor for it. The regression takes the
-command as it is, so that nothing can shrink what has to be explained; its numbers have no prior.
+A floor that is computed with a wrong model includes the model's own errors: a wrong inertia times the encoder's error,
+or an unmodelled resonance above the band, is taken for noise. Whatever a plain regression explains on data that it has
+not seen cannot be noise, so its residual caps the floor. The regression uses the command as it is, so that no
+hypothesis can shrink what has to be explained; its numbers have no prior.
 """
 
 from __future__ import annotations

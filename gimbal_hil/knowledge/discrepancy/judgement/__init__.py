@@ -1,4 +1,4 @@
-"""The judgement: which of the causes found are told, and how surely."""
+"""The judgement: which of the causes found are reported, and how surely."""
 
 from gimbal_hil.knowledge.discrepancy.judgement.agreement import with_identification
 from gimbal_hil.knowledge.discrepancy.judgement.deciding import Denial, Kind, Status, Told, decide

@@ -1,9 +1,9 @@
-"""Two methods, one number: what is told as off is asked of `identify` too, on the same logs.
+"""Checks a number that was named as wrong against `identify`, on the same logs.
 
-A search explains a residual by differences and has many names for it; a regression knows inertia and sliding friction
-only, and takes the command as it is. Each has errors of its own. Where their intervals exclude each other and the
-regression stands nearer to what the model states, one of the two is wrong that the number is off, and nothing that was
-fitted beside it is a name.
+The search explains a residual and can choose among many names; the regression of `identify` knows only inertia and
+sliding friction and takes the command as it is. Each method has errors of its own. If their intervals do not overlap
+and the regression's value is nearer to the model, one of the two is wrong, so neither this number nor anything that was
+fitted beside it on the axis is named.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which causes are told, and how surely: the probability of a name, of its class, and of something else."""
+"""Which causes are reported, and how surely: the probability of a name, of its class, and of something else."""
 
 from __future__ import annotations
 

@@ -1,9 +1,10 @@
-"""An all-clear is earned: would these logs have shown a number of the model that is half or twice what it should be?
+"""Would these logs have shown a number of the model that is half or twice its true value? Without that, "no gap" says
+nothing.
 
-Each number that a model has to be right in is put wrong by a factor of two, in either direction, along the motion of
-the logs. What that leaves beside everything that the other known numbers can take within their uncertainty has to be a
-gap by itself, by the rule that found none: of the hold-out, or a larger one of any log. Where it is not, the logs
-cannot judge it. No noise helps it over that limit: how much of the floor is noise nobody knows.
+Each inertia, Coulomb and viscous friction and torque gain is changed by a factor of two, in either direction, along the
+motion of the logs. The other known numbers may compensate within their uncertainty. What remains has to be a gap by the
+same rule that found none: on the hold-out, or a larger one in any log. If it is not, the logs cannot judge that number.
+Noise is not added to it, because nobody knows how much of the floor is noise.
 """
 
 from __future__ import annotations

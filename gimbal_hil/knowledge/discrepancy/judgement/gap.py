@@ -1,4 +1,4 @@
-"""What counts as a gap: for logs that are there and for an effect that is only imagined alike."""
+"""What counts as a gap: one rule for real logs and for an effect that is only simulated."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""What is told of an explanation: each cause by what is lost without it, what could stand in its place, and whether its
-shape is exhausted.
+"""Judges an explanation: the loss without each cause, its possible replacements, and whether its shape leaves a
+predictable residual.
 
-Every cause is judged by difference, against everything else that is there, on all data and on the half of the hold-out
-that selected nothing.
+Every cause is judged by difference: with and without it, everything else refitted, on all data and on the half of the
+hold-out that selected nothing.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What is asked, and what comes of it: everything that a verdict, a model file and a report are made from."""
+"""Request and result of a search: everything from which verdict, model file and report are made."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What could stand in the place of a cause: another one, or several known numbers that leave their uncertainty.
+"""Rivals of a cause: another cause, or several known numbers outside their uncertainty, that could explain the same.
 
-Two explanations are compared where both have settled: a rival on its way looks worse than it is, and the name beside it
-surer.
+Two explanations are compared only after both fits have converged: an unfinished rival looks worse than it is, and the
+named cause looks more certain.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""Is a cause of one strength all the time?
+"""Has a cause the same strength in every stretch of the logs?
 
-What a model lacks is there in every stretch of every log, with the same strength. So each log is cut into stretches in
-which the cause has equal parts of its evidence, and each stretch is asked what strength it would give the cause,
-everything else as it is: the slope of what is left without the cause over what the cause does. A viscosity that jumps,
-a grease that is worked in or a stiction that grows with dwell time ends near some mean of its strengths wherever one
-cause that never changes is fitted to it; the stretches say that it is none.
+A true cause is present everywhere with one strength. So each log is cut into stretches that hold equal evidence for the
+cause, and its strength is estimated in each, everything else unchanged: the slope of the residual without the cause
+over the response of the cause. A viscosity that jumps, grease that softens with use or stiction that grows with dwell
+time can be fitted by a constant cause at some mean strength; its spread between stretches shows that it is something
+else.
 """
 
 from __future__ import annotations

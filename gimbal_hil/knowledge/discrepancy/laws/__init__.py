@@ -1,4 +1,4 @@
-"""Laws where no name fits: what a gap looks like, as measured curves that the model can have."""
+"""Laws where no name fits: what a gap looks like, as measured curves that a model file can hold."""
 
 from gimbal_hil.knowledge.discrepancy.laws.curve import Curve
 from gimbal_hil.knowledge.discrepancy.laws.finding import Described, DescribedLaw, described

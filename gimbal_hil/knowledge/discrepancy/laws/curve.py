@@ -1,4 +1,4 @@
-"""A measured curve: a shape with knots and values, as the data pay for them; and as an entry of a model file."""
+"""A measured curve: its shape, and as many knots and values as the data support; and its entry in a model file."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""Laws where no name fits: measured curves, and formulas for them, one after the other, until nothing is left that one
-of them would take.
-"""
+"""Laws where no name fits: curves and formulas for them, added one by one while each improves the fit."""
 
 from __future__ import annotations
 

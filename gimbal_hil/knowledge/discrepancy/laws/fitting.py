@@ -1,4 +1,4 @@
-"""A formula's numbers: where its places, widths and waves lie best, and how long it is to write."""
+"""Fits a formula's numbers: its best places, widths and waves; and the penalty for its length."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Knots of a curve, and the columns by which its values act on the residual."""
+"""Knots of a curve, and the columns that give the effect of its values on the residual."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
-"""What all rows say of a law over dense knots, as quadratics by stretch of the logs.
+"""Summarises all rows for the fit of a law: quadratics in its values at dense knots, one for each stretch of the logs.
 
-So a form with a handful of numbers is fitted, and asked what stretches that had no part in it say of it, without the
-rows.
+With them a formula of a few numbers is fitted, and cross-validated on other stretches, without touching the rows again.
 """
 
 from __future__ import annotations

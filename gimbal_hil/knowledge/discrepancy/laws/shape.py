@@ -1,4 +1,4 @@
-"""What a law may look like before it has numbers: on which axis, what it acts on, and what it is written over."""
+"""The form of a law before it has numbers: its axis, what it acts on, and its variables."""
 
 from __future__ import annotations
 

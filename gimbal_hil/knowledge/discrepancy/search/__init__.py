@@ -1,4 +1,4 @@
-"""The search: screen candidates, add causes while they pay, try every slot again, drop what does not pay."""
+"""The search: screen candidates, add causes that improve the fit, retry every one, drop those that do not help."""
 
 from gimbal_hil.knowledge.discrepancy.search.candidates import numbers_of
 from gimbal_hil.knowledge.discrepancy.search.comparing import clearly_better, no_worse, same_to_a_twin, surely

@@ -1,6 +1,4 @@
-"""Candidates for the next cause: what families could explain beside a state, screened, and the most promising refitted
-with everything that is there.
-"""
+"""Candidates for the next cause: effects are screened against the residual, the best refitted with all others."""
 
 from __future__ import annotations
 

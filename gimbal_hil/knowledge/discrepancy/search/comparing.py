@@ -1,4 +1,4 @@
-"""Which of two states explains more, on what is fitted and on the half of the hold-out that selects."""
+"""Which of two explanations fits better, on the fitted logs and on the half of the hold-out that selects."""
 
 from __future__ import annotations
 

@@ -1,13 +1,13 @@
-"""Is it a ripple, or some curve over position? A name has to give what a function that knows nothing does not.
+"""Is it a ripple, or any curve over position? A ripple is accepted only if it explains more than a smooth curve does.
 
-Several orders together can draw any curve over a limited travel, such as a stop that hardens or rails that are not
-straight. So what the strongest order of a ripple takes is asked for once more beside a smooth curve over the travel
-that has as many free numbers (a cosine series), fitted on the same rows and judged on the same hold-out. A curve that
-is there as well, beside a true ripple, costs it nothing. And orders that follow one another as closely as the terms of
-a series over the travel are such a series, unless they are two of which one is a multiple of the other.
+Several orders together can imitate any curve over a limited travel, such as a stop that hardens or rails that are not
+straight. So the gain of a ripple's strongest order is computed once more beside a smooth curve over the travel (a
+cosine series) with as many free numbers, fitted on the same rows and judged on the same hold-out. A curve that exists
+beside a true ripple does not lower that gain. Orders as closely spaced as the terms of a series over the travel count
+as such a series, except two of which one is a multiple of the other.
 
-The curve is one of torque. Friction that changes along the travel is what its name says, whatever the curve: a curve of
-torque does as well only where the joint moves one way.
+The curve is one of torque. Friction that changes along the travel has a name of its own, whatever its curve; a curve of
+torque imitates it only if the joint moves one way.
 """
 
 from __future__ import annotations

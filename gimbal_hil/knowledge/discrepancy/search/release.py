@@ -1,9 +1,7 @@
-"""Known numbers that press against their stated uncertainty: let go of all at once, to see which of them have to leave
-it.
+"""Frees all known numbers at once, to see which of them leave their stated uncertainty.
 
-Several numbers that are off can look like few effects one after another. So beside the single causes of a round stands
-one more candidate: every number that leaves its uncertainty when all may, as the causes that the catalogue has for
-them.
+Several wrong numbers can look like a few effects, found one after another. So each round has one candidate more beside
+the single causes: all numbers that leave their uncertainty when all are free, as the catalogue's causes for them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Two stories of a gap, and the better of them: several known numbers that are wrong at once, or single causes."""
+"""Two explanations of a gap, and the better of them: several known numbers that are wrong at once, or single causes."""
 
 from __future__ import annotations
 

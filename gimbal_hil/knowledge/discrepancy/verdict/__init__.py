@@ -1,4 +1,4 @@
-"""The verdict: what is told, as a typed value, a model file, plain words and a page."""
+"""The verdict: what is reported, as a typed value, a model file, plain words and a page."""
 
 from gimbal_hil.knowledge.discrepancy.verdict.contradictions import ramps_apart
 from gimbal_hil.knowledge.discrepancy.verdict.corrected import corrected_model, explained_by, recalibrated_model

@@ -1,4 +1,4 @@
-"""The model file with what was named: effects appended, numbers corrected."""
+"""The model file with the named causes: effects appended, numbers corrected."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Laws as a verdict tells them: what they act on, over what, in which form, and how well that is known."""
+"""Laws as a verdict reports them: what they act on, over which variables, in which form, and how well that is known."""
 
 from __future__ import annotations
 

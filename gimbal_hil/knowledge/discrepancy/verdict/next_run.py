@@ -1,4 +1,4 @@
-"""The run that shows best what nothing explains: by the variable that what is left hangs on."""
+"""The run that best shows an unexplained residual, chosen by the variable on which the residual depends most."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Effects of the catalogue that leave no trace in these data, with the reason."""
+"""Effects of the catalogue that these data cannot show, with the reason."""
 
 from __future__ import annotations
 

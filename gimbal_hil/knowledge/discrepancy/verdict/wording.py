@@ -211,7 +211,7 @@ def told_unseen(result: Result, unseen: Sequence[Entry]) -> str:
 
 
 def told_hidden(result: Result) -> str:
-    """Which numbers could be off by a factor of two, but for those that are told."""
+    """Which numbers could be off by a factor of two, except those that the verdict names."""
     told = {one.standing.label for one in result.told}
     left = [label for label in result.hidden if label not in told]
     hidden = " or ".join(f"{CATALOGUE[name].asked_as} on {axis}" for name, axis in left)
