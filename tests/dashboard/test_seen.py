@@ -92,6 +92,30 @@ def test_the_antenna_is_drawn_follows_the_trace_and_is_told_to_a_screen_reader(b
     assert not browser.problems
 
 
+#: mean height over the middle of the canvas of what has the colour of the boresight, the second axis standing somewhere
+HEIGHT = """(() => { const c = document.querySelector("#antenna").cloneNode(); document.body.append(c);
+c.style.cssText = "width: 600px; height: 600px; position: fixed; top: 0; left: 0";
+const view = antenna_view(c, name => name === "measured" ? "#ff00ff" : "#808080", ["azimuth", "tilt"]);
+const axis = at => ({at, second: null, torque: null, most: null, low: -1.5, high: 1.5});
+view.show({heard: true, boresight: %s, base: null, axes: [axis(0), axis(%f)]});
+const d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data; let n = 0, sum = 0;
+for (let k = 0; k < d.length; k += 4) if (d[k] > 240 && d[k + 1] < 20 && d[k + 2] > 240) {
+  n += 1; sum += Math.floor(k / 4 / c.width); }
+c.remove(); return c.height / 2 - sum / n; })()"""
+
+
+@in_a_browser
+def test_a_positive_second_angle_raises_an_antenna_that_looks_along_minus_x(browser: Browser) -> None:
+    def height(boresight: str, at: float) -> float:
+        return float(browser.value(HEIGHT % (json.dumps(boresight), at)))
+
+    assert height("-x", 0.7) > height("-x", 0.0) > height("-x", -0.7)
+    assert height("x", 0.7) < height("x", 0.0) < height("x", -0.7)
+    # and both look the same way where they are level
+    assert height("-x", 0.0) == height("x", 0.0)
+    assert not browser.problems
+
+
 @in_a_browser
 def test_keys_turn_the_view_only_while_it_has_the_focus_and_it_rests_out_of_view(browser: Browser) -> None:
     before = browser.value(DOTS)
@@ -135,7 +159,7 @@ def test_the_view_tells_limits_in_force_and_the_attitude_of_a_base_that_is_heard
     }  # fmt: skip
     assert limits["outer"]["position_low_rad"] is None and limits["outer"]["cable_wrap_turns"] == 2.0
     view = LiveView(1_000_000, limits=lambda: limits)
-    assert view.status()["limits"] == limits
+    assert view.status()["limits"] == limits and view.status()["boresight"] == "x"
     row = np.zeros(1, TICK_ROW)
     view.take([Exchange(row.tobytes(), b"", b"")])
     assert np.isnan(view.trace(-1.0)["base_roll"]).all()

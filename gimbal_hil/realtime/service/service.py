@@ -35,6 +35,7 @@ from gimbal_hil.realtime.telemetry import (
     Wire,
     exchange_from,
 )
+from sim_backend.boresight import Boresight
 
 if TYPE_CHECKING:
     from gimbal_hil.realtime.dashboard import PageServer
@@ -55,7 +56,8 @@ class Service:
         self._telemetry = RingReader(orders.telemetry)
         settings = ServiceSettings(**orders.settings)
         configuration = settings_from_document(dict(header.configuration), "configuration")
-        self._view = LiveView(header.period_ns, header.axes, wire_of(configuration))
+        looks = configuration.pointing.boresight or Boresight.AHEAD
+        self._view = LiveView(header.period_ns, header.axes, wire_of(configuration), boresight=looks)
         self._screen = ScopeScreen(Scope(header.period_ns, header.axes))
         self._excerpts = Excerpts(Path(orders.run), header)
         self._page: PageServer | None = None

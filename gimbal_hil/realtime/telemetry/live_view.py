@@ -21,6 +21,7 @@ from gimbal_hil.loop.timing import MISS_CODE, Histogram, MissCause
 from gimbal_hil.realtime.telemetry.records import Exchange
 from gimbal_hil.realtime.telemetry.trouble import trouble_of
 from gimbal_hil.realtime.telemetry.wire_watch import Wire, WireWatch
+from sim_backend.boresight import Boresight
 
 Json = dict[str, Any]
 #: rows per second and seconds that the trace keeps
@@ -75,6 +76,8 @@ class LiveView:
     adjustable: Callable[[], list[Json]] = list
     #: axis -> `position_low_rad`, `position_high_rad`, `cable_wrap_turns` (None without one) and `torque_nm` in force
     limits: Callable[[], Json] = dict
+    #: along which axis of its inner body the antenna looks
+    boresight: Boresight = Boresight.AHEAD
     #: what the model beside the antenna tells, as `LiveObserver.status` does
     observed: Callable[[], Json] = dict
     #: how a direction in space is held, as the last POINTING event told
@@ -157,6 +160,7 @@ class LiveView:
             "rate_rad_s": {axis: self._measured.get(f"rate_{own}") for own, axis in self._named()},
             "torque_nm": {axis: float(row[f"torque_{own}"]) for own, axis in self._named()},
             "limits": self.limits(),
+            "boresight": self.boresight.value,
             "base_attitude_rad": self._base_attitude(int(row["time_ns"])),
             "rejected_frames": self.rejected_frames,
             "adjusted": [

@@ -1,5 +1,6 @@
 // The antenna in three dimensions on a 2-D canvas. z is up; axis 0 turns about z and carries axis 1, which turns about
-// y; the boresight is x, so a positive second angle lowers it. Faces are drawn from the farthest to the nearest.
+// y; the boresight is x, so a positive second angle lowers it, or -x, so that it raises it. Faces are drawn from the
+// farthest to the nearest.
 function antenna_view(canvas, colour, names) {
   const TURN = 2 * Math.PI, SEGMENTS = 8;
   const START = {turned: -.95, raised: .38, zoom: 1}, eye = {...START};
@@ -187,12 +188,19 @@ function antenna_view(canvas, colour, names) {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { read_palette(); draw(); });
   addEventListener("resize", draw);
   read_palette();
-  // state: {heard, base: [roll, pitch, yaw] or null, axes: two of {at, second, torque, most, low, high}}, rad and N m,
-  // null where there is none; `at` is always a number. The same state again is not drawn again.
+  // What looks along -x, seen by an eye that went half a turn about z, is what looks along x with the second axis
+  // turning the other way, on a base that rolls and pitches the other way.
+  const minus_of = v => typeof v === "number" ? -v : v;
+  function from_aft({base, axes: [first, {at, second, torque, low, high, ...rest}], ...more}) {
+    const turning = {...rest, at: -at, second: minus_of(second), torque: minus_of(torque), low: minus_of(high), high: minus_of(low)};
+    return {...more, base: base && [-base[0], -base[1], base[2]], axes: [first, turning]};
+  }
+  // state: {heard, boresight: "x" or "-x", base: [roll, pitch, yaw] or null, axes: two of {at, second, torque, most, low,
+  // high}}, rad and N m, null where there is none; `at` is always a number. The same state again is not drawn again.
   return {show(state) {
     const told = JSON.stringify(state, (key, v) => typeof v === "number" ? Math.round(v * 5000) : v);
     if (shown && shown.told === told) return;
-    shown = {...state, told}; draw();
+    shown = {...(state.boresight === "-x" ? from_aft(state) : state), told}; draw();
   }, eye};
 }
 // Calls `frame` before each picture of the screen while the canvas is in view; where less motion is asked for, five

@@ -1,8 +1,8 @@
 // the trace arrives in pieces: it is shown so much later that the next piece is there in time
 const LATE_S = .35, SEEN = {measured: "a", second: "b", torque: "green", stop: "red"};
-function begin_seen(limits) {
+function begin_seen(limits, boresight) {
   const view = antenna_view($("antenna"), name => colour(SEEN[name] || name), AXES);
-  seen = {limits, heard: false};
+  seen = {limits, boresight, heard: false};
   seen.count = animated($("antenna"), now => { if (trace.time_s.length) view.show(state_at(now / 1000 - lead - LATE_S)); });
 }
 function state_at(t) {
@@ -11,7 +11,7 @@ function state_at(t) {
   const from = Math.max(k - 1, 0), share = k ? Math.min(1, Math.max(0, (t - times[from]) / (times[k] - times[from]))) : 0;
   const value = name => { const a = trace[name][from], b = trace[name][k]; return a === null || b === null ? b : a + (b - a) * share; };
   const base = ["base_roll", "base_pitch", "base_yaw"].map(value);
-  return {heard: seen.heard, base: base.includes(null) ? null : base, axes: AXES.map(axis => {
+  return {heard: seen.heard, boresight: seen.boresight, base: base.includes(null) ? null : base, axes: AXES.map(axis => {
     const l = seen.limits[axis] || {};
     return {at: value("position_" + axis), second: value("position_ref_" + axis), torque: value("torque_" + axis), most: l.torque_nm,
       low: l.position_low_rad ?? null, high: l.position_high_rad ?? null};
