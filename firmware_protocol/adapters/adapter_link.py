@@ -38,7 +38,8 @@ class AdapterLink(LinkBasis):
         self._claim: BusClaim | None = None
         self._commanded = False
         self.gateway = self._new_gateway()
-        self._edge_ns = self._opened_ns = 0
+        self._edge_ns = self._opened_ns = self._looked_ns = 0
+        self._spared_edge_ns = -1
         self._connect()
 
     def send(self, block: bytes) -> None:
@@ -55,8 +56,15 @@ class AdapterLink(LinkBasis):
         """A feedback set where both drives have told something new since the last one."""
         if self._bus is None:
             return b""
-        now_ns = self._now_ns()
-        if now_ns - self._edge_ns >= 2 * self._period_ns:
+        now_ns, looked_ns = self._now_ns(), self._looked_ns
+        self._looked_ns = now_ns
+        silent = now_ns - self._edge_ns >= 2 * self._period_ns
+        # A host that was kept from running has not fallen silent, and its block follows at once. What lies on the bus
+        # answers the question from before, whose tick it has; to ask now would also count this tick twice. If no block
+        # follows, the next look asks.
+        if silent and now_ns - looked_ns >= 2 * self._period_ns and self._spared_edge_ns != self._edge_ns:
+            self._spared_edge_ns = self._edge_ns
+        elif silent:
             # the next one is due a period from now, not two
             self._edge_ns = now_ns - self._period_ns
             self.gateway.periods_passed((now_ns - self._opened_ns) // self._period_ns)
@@ -111,7 +119,7 @@ class AdapterLink(LinkBasis):
             self._leave()
             raise
         self.gateway = self._new_gateway()
-        self._edge_ns = self._opened_ns = self._now_ns()
+        self._edge_ns = self._opened_ns = self._looked_ns = self._now_ns()
         self._opened()
         self._emit(self.gateway.begin())
 

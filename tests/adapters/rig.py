@@ -137,6 +137,13 @@ class AdapterRig:
             if not self.lost(frame):
                 self.far.send(frame)
 
+    def away(self, ticks: int) -> AdapterRig:
+        """The host's process is kept from running; the drives go on."""
+        for _ in range(ticks):
+            self._drives()
+            self.number += 1
+        return self
+
     def connected(self) -> AdapterRig:
         """Run until idle."""
         self.run(400)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,8 +11,10 @@ import numpy as np
 import pytest
 
 from firmware_protocol.adapters import CanFrame
+from firmware_protocol.codec import records, unpack
 from firmware_protocol.enumerations import DriveState, FaultCode
 from firmware_protocol.links import AdapterLinkConfig, DriveSection
+from firmware_protocol.messages import DriveStatus, FeedbackOuter
 from gimbal_hil.loop import timing
 from gimbal_hil.loop.host import HostState
 from gimbal_hil.surface.cli.plant_drives import serve_drives
@@ -125,3 +128,29 @@ def test_simulated_drives_are_served_with_the_priority_of_a_virtual_antenna(
     )
     assert serve_drives(link, shipped_model(), 0, None, True) == 0
     assert order == ["claimed 55", "served", "given back"]
+
+
+@pytest.mark.parametrize("ticks", range(1, 8))
+def test_samples_around_a_host_that_was_kept_from_running_have_the_ticks_at_which_they_were_taken(ticks: int) -> None:
+    rig = AdapterRig("moteus").connected().torque(0.5, 0.0).run(500)
+    heard: list[tuple[int, float]] = []
+    hearing = rig.link.receive
+
+    def listen() -> bytes:
+        block = hearing()
+        told = [unpack(*one) for one in records(block)]
+        heard.extend(
+            (status.tick, outer.position_rad)
+            for outer, status in itertools.product(told, told)
+            if isinstance(outer, FeedbackOuter) and isinstance(status, DriveStatus)
+        )
+        return block
+
+    rig.link.receive = listen  # type: ignore[method-assign]
+    rig.run(20).away(ticks).run(20)
+    rig.close()
+    tick, position = (np.array(column, float) for column in zip(*heard, strict=True))
+    assert tick[-1] - tick[0] == 39 + ticks
+    # one smooth motion over those ticks, to a step of the encoder
+    wanted = np.polynomial.Polynomial.fit(tick, position, 2)
+    assert np.abs(position - wanted(tick)).max() < 0.1 * np.abs(np.diff(position)).max()

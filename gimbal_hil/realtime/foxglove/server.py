@@ -8,7 +8,15 @@ from types import TracebackType
 from typing import Any, Self
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.realtime.foxglove.telling import Json, axis_message, log_level, rotations, state_message
+from gimbal_hil.realtime.foxglove.telling import (
+    Json,
+    Quaternion,
+    along_boresight,
+    axis_message,
+    log_level,
+    rotations,
+    state_message,
+)
 from gimbal_hil.realtime.operator import OperatorClient
 from sim_backend.boresight import Boresight
 
@@ -71,7 +79,7 @@ class FoxgloveServer:
         self._frames.log(messages.FrameTransforms(transforms=transforms), log_time=now_ns)
         if now_ns >= self._scene_due_ns:
             self._scene_due_ns = now_ns + int(_SCENE_EVERY_S * 1e9)
-            self._scene.log(bodies_of(self._axes, Boresight(status["boresight"]), stamp), log_time=now_ns)
+            self._scene.log(_bodies(self._axes, Boresight(status["boresight"]), stamp), log_time=now_ns)
 
     def tell_event(self, event: Json) -> None:
         """One event of the daemon."""
@@ -123,28 +131,22 @@ def _stamp(now_ns: int) -> Any:
     return messages.Timestamp(now_ns // 1_000_000_000, now_ns % 1_000_000_000)
 
 
-def bodies_of(axes: tuple[str, str], looks: Boresight, stamp: Any) -> Any:
+def _bodies(axes: tuple[str, str], looks: Boresight, stamp: Any) -> Any:
     """Base, yoke, dish with its boresight along where it looks in the inner body, and the boresight of the reference;
     each moves with its own frame.
     """
     from foxglove import messages as made
 
-    def pose(x: float = 0.0, y: float = 0.0, z: float = 0.0, turned: bool = False) -> Any:
-        # a cylinder stands along z: a quarter turn about y lays it along x, or the other way along minus x
-        half = 0.5**0.5
-        return made.Pose(
-            position=made.Vector3(x=x, y=y, z=z),
-            orientation=made.Quaternion(y=looks.sign * half, w=half) if turned else made.Quaternion(w=1.0),
-        )
+    def pose(x: float = 0.0, y: float = 0.0, z: float = 0.0, turn: Quaternion = (0.0, 0.0, 0.0, 1.0)) -> Any:
+        turned = made.Quaternion(x=turn[0], y=turn[1], z=turn[2], w=turn[3])
+        return made.Pose(position=made.Vector3(x=x, y=y, z=z), orientation=turned)
 
-    # an arrow points along x: half a turn about z makes that minus x
-    ahead = made.Quaternion(w=1.0) if looks is Boresight.AHEAD else made.Quaternion(z=1.0, w=0.0)
-
+    lying, pointing = along_boresight(looks)
     metal, dish = made.Color(r=0.6, g=0.64, b=0.7, a=1.0), made.Color(r=0.93, g=0.95, b=0.97, a=1.0)
 
     def boresight(red: float, green: float, blue: float) -> Any:
         colour = made.Color(r=red, g=green, b=blue, a=1.0)
-        start = made.Pose(position=made.Vector3(x=looks.sign * 0.3, y=0.0, z=0.0), orientation=ahead)
+        start = pose(looks.sign * 0.3, turn=pointing)
         return made.ArrowPrimitive(
             pose=start, shaft_length=1.0, shaft_diameter=0.02, head_length=0.12, head_diameter=0.06, color=colour
         )
@@ -170,7 +172,7 @@ def bodies_of(axes: tuple[str, str], looks: Boresight, stamp: Any) -> Any:
             entity(axes[0], cubes=yoke),
             entity(
                 axes[1],
-                cylinders=[round_one(pose(looks.sign * 0.23, turned=True), 0.92, 0.2, 0.1, 1.0, dish)],
+                cylinders=[round_one(pose(looks.sign * 0.23, turn=lying), 0.92, 0.2, 0.1, 1.0, dish)],
                 arrows=[boresight(0.12, 0.44, 0.92)],
             ),
             entity(f"{axes[1]}_reference", arrows=[boresight(0.82, 0.38, 0.24)]),

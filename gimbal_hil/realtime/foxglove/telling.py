@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from sim_backend.boresight import Boresight
+
 Json = dict[str, Any]
 #: (x, y, z, w)
 Quaternion = tuple[float, float, float, float]
@@ -61,6 +63,14 @@ def rotations(status: Json) -> dict[str, tuple[str, Quaternion]]:
         found[f"{first}_reference"] = ("base", _about(2, angles[0]))
         found[f"{second}_reference"] = (f"{first}_reference", _about(1, angles[1]))
     return found
+
+
+def along_boresight(looks: Boresight) -> tuple[Quaternion, Quaternion]:
+    """How a cylinder, which stands along z, and an arrow, which points along x, are turned in the inner body to lie
+    where the antenna looks.
+    """
+    half = 0.5 * math.pi
+    return (_about(1, half), _about(2, 0.0)) if looks is Boresight.AHEAD else (_about(1, -half), _about(2, math.pi))
 
 
 def log_level(event: Json) -> str:
