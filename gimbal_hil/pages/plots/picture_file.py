@@ -181,7 +181,7 @@ def _values(values: Any) -> Any:
     """Numbers with NaN where there is none; names as they are."""
     found = list(values)
     if any(isinstance(value, str) for value in found):
-        return [str(value) for value in found]
+        return [_lines(value) for value in found]
     return np.array([np.nan if value is None else float(value) for value in found])
 
 
@@ -189,7 +189,12 @@ def _names(labels: Any) -> list[str]:
     """Labels of bars; of two columns of labels both."""
     if len(labels) == 2 and not isinstance(labels[0], str):
         return [f"{group}: {one}" for group, one in zip(*labels, strict=True)]
-    return [str(label) for label in labels]
+    return [_lines(label) for label in labels]
+
+
+def _lines(label: object) -> str:
+    """A label of several lines, which a page parts by the element for it."""
+    return str(label).replace("<br>", "\n")
 
 
 def _words(axis: Json) -> str:

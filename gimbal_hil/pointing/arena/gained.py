@@ -11,6 +11,7 @@ from gimbal_hil.knowledge.tuning import Tuning, margins
 from gimbal_hil.loop.settings import DaemonSettings
 from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text
 from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant, run_arena
+from gimbal_hil.pointing.arena.error_dots import Dots, error_dots
 from gimbal_hil.pointing.arena.scenarios import Scenario
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ def gained_blocks(found: ArenaResult, tuning: Tuning, cautions: Sequence[str]) -
     worse = any(ratio < 1.0 for ratio in _ratios(found))
     blocks: list[Block] = [
         Callout(_answer(found), "warning" if worse else "good"),
-        Plot(_bars(found), f"Line-of-sight error on the antenna {found.antennas[0]}; the axis is logarithmic."),
+        Plot(_dots(found), f"Line-of-sight error on the antenna {found.antennas[0]}; the axis is logarithmic."),
         Table(("Scenario", "Before [urad]", "Tuned [urad]", "Times smaller"), _rows(found)),
         Heading("Loops"),
         Table(
@@ -108,14 +109,12 @@ def _loops(axis: str, before: LoopFigures, after: LoopFigures) -> list[tuple[str
     return rows
 
 
-def _bars(found: ArenaResult) -> Drawing:
-    from gimbal_hil.pages.plots import MEASURED, REFERENCE, figure
+def _dots(found: ArenaResult) -> Drawing:
+    from gimbal_hil.pages.plots import MEASURED, REFERENCE
 
-    drawn = figure("Line-of-sight error", "", "rms [urad]", 460)
     names = [one.name for one in found.scenarios]
-    for which, colour in ((_BEFORE, REFERENCE), (_AFTER, MEASURED)):
-        sizes = [_MICRO * _rms(found, name, which) for name in names]
-        shown = [size if math.isfinite(size) else None for size in sizes]
-        drawn.add_bar(x=names, y=shown, name=which, marker=dict(color=colour))
-    drawn.update_yaxes(type="log")
-    return drawn
+    compared = [
+        Dots(which, colour, [_MICRO * _rms(found, name, which) for name in names])
+        for which, colour in ((_BEFORE, REFERENCE), (_AFTER, MEASURED))
+    ]
+    return error_dots("Line-of-sight error", names, compared)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text
-from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant, Spread
+from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant
 from gimbal_hil.pointing.arena.controllers import least_margin_on
+from gimbal_hil.pointing.arena.error_dots import Dots, error_dots
 from gimbal_hil.pointing.arena.scenarios import Scenario, Score
 from gimbal_hil.pointing.arena.trial import TrialOutcome
 from sim_backend.model import model_named
@@ -168,7 +170,7 @@ def arena_blocks(found: ArenaResult) -> list[Block]:
     blocks: list[Block] = [Callout(line) for line in _best_lines(found)]
     blocks += [Heading("The worst case of every controller"), *(Text(f"{line}.") for line in _worst_lines(found))]
     if moving:
-        blocks += [Plot(_bars(found, moving, antenna), f"On the antenna {antenna}.") for antenna in found.antennas]
+        blocks += [Plot(_dots(found, moving, antenna), _seen_in(found, antenna)) for antenna in found.antennas]
         blocks += [*about, Heading("Line of sight"), *(_tables(found, moving, (_LINE_OF_SIGHT,)))]
         blocks += [Heading("Each axis"), *_tables(found, moving, _AXES)]
     else:
@@ -217,22 +219,19 @@ def _cell(
     return f"{told} ± {deviation:.{decimals}f}"
 
 
-def _bars(found: ArenaResult, scenarios: Sequence[Scenario], antenna: str) -> Drawing:
-    from gimbal_hil.pages.plots import figure
-
-    drawn = figure(f"Line-of-sight error, antenna {antenna}", "", "rms [urad]", 620)
+def _dots(found: ArenaResult, scenarios: Sequence[Scenario], antenna: str) -> Drawing:
+    compared = []
     for place, entrant in enumerate(found.entrants):
-        cells: list[Spread | None] = [
-            found.spread(one.name, antenna, entrant.name, _LINE_OF_SIGHT[1]) for one in scenarios
-        ]
-        drawn.add_bar(
-            marker=dict(color=_COLOURS[place % len(_COLOURS)]),
-            x=[one.name for one in scenarios],
-            y=[None if cell is None else _MICRO * cell.mean for cell in cells],
-            name=entrant.name,
-        )
-    drawn.update_yaxes(type="log")
-    return drawn
+        cells = [found.spread(one.name, antenna, entrant.name, _LINE_OF_SIGHT[1]) for one in scenarios]
+        sizes = [math.nan if cell is None else _MICRO * cell.mean for cell in cells]
+        deviations = [0.0 if cell is None else _MICRO * cell.deviation for cell in cells]
+        compared.append(Dots(entrant.name, _COLOURS[place % len(_COLOURS)], sizes, deviations))
+    return error_dots(f"Line-of-sight error, antenna {_short(antenna)}", [one.name for one in scenarios], compared)
+
+
+def _seen_in(found: ArenaResult, antenna: str) -> str:
+    spread = f" Lines through dots: one standard deviation over {found.seeds} seeds." if found.seeds > 1 else ""
+    return f"On the antenna {_short(antenna)}, the hardest case on top; the axis is logarithmic.{spread}"
 
 
 def _drawn_errors(found: ArenaResult, scenarios: Sequence[Scenario]) -> list[Block]:

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.loop.settings import DaemonSettings
 from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text
 from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant, run_arena
+from gimbal_hil.pointing.arena.error_dots import Dots, error_dots
 from gimbal_hil.pointing.arena.scenarios import Scenario
 from sim_backend.model import AntennaModel, model_from_document
 
@@ -138,7 +137,7 @@ def paid_blocks(paid: Paid) -> list[Block]:
     """The report as sections of a page."""
     blocks: list[Block] = [
         Callout(_answer(paid), "good"),
-        Plot(_bars(paid), f"Each scenario on the antenna {paid.antenna}; the axis is logarithmic."),
+        Plot(_dots(paid), f"Each scenario on the antenna {paid.antenna}; the axis is logarithmic."),
         Heading("Pointing before and after"),
         Text(
             "Line-of-sight error, urad rms, of the antenna's true joints: the configuration as it was, tuned with the "
@@ -177,17 +176,15 @@ def _answer(paid: Paid) -> str:
     return said
 
 
-def _bars(paid: Paid) -> Drawing:
-    from gimbal_hil.pages.plots import MEASURED, MODEL, REFERENCE, figure
+def _dots(paid: Paid) -> Drawing:
+    from gimbal_hil.pages.plots import MEASURED, MODEL, REFERENCE
 
-    drawn = figure("Line-of-sight error", "", "rms [urad]", 460)
     names = [one.name for one in paid.found.scenarios]
-    for which, colour in ((BEFORE, REFERENCE), (FIRST, MODEL), (IMPROVED, MEASURED)):
-        sizes = [_MICRO * paid.rms(name, which) for name in names]
-        shown = [size if np.isfinite(size) else None for size in sizes]
-        drawn.add_bar(x=names, y=shown, name=which, marker=dict(color=colour))
-    drawn.update_yaxes(type="log")
-    return drawn
+    compared = [
+        Dots(which, colour, [_MICRO * paid.rms(name, which) for name in names])
+        for which, colour in ((BEFORE, REFERENCE), (FIRST, MODEL), (IMPROVED, MEASURED))
+    ]
+    return error_dots("Line-of-sight error", names, compared)
 
 
 def _gains(paid: Paid) -> list[tuple[str, ...]]:

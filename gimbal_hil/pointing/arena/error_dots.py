@@ -1,0 +1,56 @@
+"""Errors of scenarios side by side: a row for each, the hardest on top, a dot with its spread for whoever ran it."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from gimbal_hil.pages.plots import Drawing
+
+#: letters of a line of a scenario's name, so that a phone has room for the dots
+_LINE_LETTERS = 26
+#: pixels of a row, and of what is around the rows
+_ROW, _AROUND = 46, 110
+
+
+@dataclass(frozen=True)
+class Dots:
+    """What one of those compared reached: urad for each scenario, NaN where there is none, and one standard deviation
+    over the seeds either way, 0 of a single one.
+    """
+
+    name: str
+    colour: str
+    sizes: Sequence[float]
+    deviations: Sequence[float] = ()
+
+
+def error_dots(title: str, scenarios: Sequence[str], compared: Sequence[Dots]) -> Drawing:
+    """Dots over a logarithmic axis, which has no zero that a bar could begin at."""
+    from gimbal_hil.pages.plots import figure
+
+    def least(place: int) -> float:
+        return min((one.sizes[place] for one in compared if math.isfinite(one.sizes[place])), default=math.inf)
+
+    order = sorted(range(len(scenarios)), key=least, reverse=True)
+    rows = ["<br>".join(textwrap.wrap(scenarios[place], _LINE_LETTERS)) for place in order]
+    drawn = figure(title, "rms [urad]", "", _AROUND + _ROW * len(rows))
+    for one in compared:
+        spread = [one.deviations[place] for place in order] if any(one.deviations) else []
+        error = dict(type="data", array=spread, thickness=1, color=one.colour)
+        drawn.add_scatter(
+            x=[one.sizes[place] if math.isfinite(one.sizes[place]) else None for place in order],
+            y=rows,
+            mode="markers",
+            name=one.name,
+            marker=dict(color=one.colour, size=10, opacity=0.85),
+            error_x=error if spread else None,
+        )
+    drawn.update_xaxes(type="log")
+    drawn.update_yaxes(autorange="reversed")
+    drawn.update_layout(hovermode="y unified")
+    return drawn
