@@ -33,6 +33,17 @@ def lines_of(page: Path) -> list[str]:
     return [line for block in blocks[1:] for line in block.splitlines()]
 
 
+def unnumbered(line: str) -> str:
+    """A printed line but for its numbers, which another run has others of."""
+    return re.sub(r"\d[\d.]*", "0", line.strip())
+
+
+def shown_on(page: Path) -> set[str]:
+    """What the page says that is printed."""
+    blocks = re.findall(r"^```text\n(.*?)^```$", page.read_text(encoding="utf-8"), re.M | re.S)
+    return {unnumbered(line) for block in blocks for line in block.splitlines()}
+
+
 def until_idle(run: Path, daemon: subprocess.Popen[str]) -> None:
     """Wait until the daemon has brought the antenna up."""
     end = time.monotonic() + PATIENCE_S
@@ -67,7 +78,7 @@ def test_the_lines_of_the_page_name_the_effect_that_it_hides(tmp_path: Path) -> 
     drives = Path("/tmp") / f"drives-{os.getpid()}"
     environment = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
     staying: list[subprocess.Popen[str]] = []
-    told = ""
+    told, everything = "", list[str]()
     try:
         for line in lines_of(PAGE):
             line = line.replace("/tmp/drives", str(drives))
@@ -81,6 +92,7 @@ def test_the_lines_of_the_page_name_the_effect_that_it_hides(tmp_path: Path) -> 
                     until_idle(tmp_path / "mine" / "runs" / "daemon", process)
                 continue
             printed = printed_by(line, tmp_path, environment)
+            everything += printed.splitlines()
             if " discrepancy " in line:
                 told = printed
             if " shut-down " in line:
@@ -90,13 +102,16 @@ def test_the_lines_of_the_page_name_the_effect_that_it_hides(tmp_path: Path) -> 
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
                 process.wait(PATIENCE_S)
-    verdict = json.loads((tmp_path / "mine" / "verdict" / "verdict.json").read_text())
+    verdict = json.loads((tmp_path / "mine" / "runs" / "verdict" / "verdict.json").read_text())
     assert verdict["verdict"] == "named", verdict["text"]
     (found,) = verdict["effects"]
     assert (found["name"], found["axis"]) == ("cogging", "azimuth")
     assert found["parameters"]["amplitude"]["value"] == pytest.approx(0.1, rel=0.1)
     assert found["parameters"]["order"]["value"] == pytest.approx(14.0, abs=0.1)
     assert told.startswith("named: ")
+    everything += [line for name in STAYING for line in (tmp_path / f"{name}.txt").read_text().splitlines()]
+    shown = shown_on(PAGE)
+    assert shown and not shown - {unnumbered(line) for line in everything}
 
 
 def test_the_page_is_linked_from_the_first_pages() -> None:
