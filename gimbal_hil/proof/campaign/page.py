@@ -92,14 +92,18 @@ def _of_kind(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> dict[str
 
 
 def _widest(kinds: Sequence[str], measured: Mapping[str, NDArray[np.float64]]) -> str:
-    """The number that differs most from antenna to antenna, against its size, in words."""
+    """The number that differs most from antenna to antenna, in words: against the largest of its kind, because one that
+    is next to nothing may double; a percentage is a share already.
+    """
     found: list[tuple[float, str]] = []
     for kind in kinds:
-        for step, values in _of_kind(kind, measured).items():
+        of_kind = _of_kind(kind, measured)
+        known = [np.abs(values[np.isfinite(values)]) for values in of_kind.values()]
+        size = 100.0 if _unit(kind) == "%" else max(float(np.max(np.concatenate(known), initial=0.0)), 1e-12)
+        for step, values in of_kind.items():
             if not np.isfinite(values[0]) or not np.isfinite(values[1:]).any():
                 continue
             low, high = np.nanquantile(values[1:], (0.05, 0.95))
-            size = max(abs(values[0]), float(np.nanmax(np.abs(values))), 1e-12)
             unit = _unit(kind)
             said = f"{_words(kind)} of {step}, {low:.4g} to {high:.4g} {unit} in nine of ten (nominal {values[0]:.4g})"
             found.append(((high - low) / size, said))
