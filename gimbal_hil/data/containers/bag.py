@@ -48,7 +48,7 @@ def read_bag(path: Path) -> Contents:
     if path.is_dir() and path.suffix == ".bag":
         raise BadInputError(
             str(path),
-            "is a folder with the ending of a bag of ROS 1, which its library takes it for",
+            "is a folder whose name ends like a ROS 1 bag, so the bag library misreads it",
             f"another name, as in mv {path.name} {path.stem}_bag",
         )
     kind = "bag of ROS 1" if path.suffix == ".bag" else "bag of ROS 2"

@@ -75,7 +75,7 @@ def missing(path: Path, kind: str, package: str, extra: str) -> BadInputError:
 def broken(path: Path, kind: str, error: BaseException) -> BadInputError:
     """The one line for a file that its own library does not read."""
     said = " ".join(str(error).split()) or type(error).__name__
-    return BadInputError(str(path), f"is no whole {kind}: {said[:200]}", "the file as it was written")
+    return BadInputError(str(path), f"is no complete {kind}: {said[:200]}", "the file as it was written")
 
 
 def let_go(error: BaseException) -> None:

@@ -74,9 +74,7 @@ def replay(
         )
         return ReplayResult(0, 0, Difference(-1, "log", f"segment {run.first_segment} on", "segment 1 on", reason))
     if run.replayable_ticks == 0:
-        raise BadInputError(
-            str(run.folder), "holds no whole batch of ticks and frames", "a run that was recorded for a moment at least"
-        )
+        raise BadInputError(str(run.folder), "holds no whole batch of ticks and frames", "a longer recording")
     damage = first_damage(run)
     rows = run.ticks[: min(run.replayable_ticks, _sound_rows(run, damage))]
     received, sent = (

@@ -109,7 +109,7 @@ def _feedback_sets(run: RecordedRun, notes: list[str]) -> _FeedbackSets:
         raise BadInputError(
             str(run.folder),
             "holds no feedback",
-            "a run in which the antenna answered: this one ended before, make it again",
+            "a run in which the antenna answered; this one ended before: record it again",
         )
     tick, end = _device_ticks(status)
     if end < len(tick):
@@ -124,7 +124,7 @@ def _feedback_sets(run: RecordedRun, notes: list[str]) -> _FeedbackSets:
         rows = rows[: taken[0]]
     if len(rows) < 2:
         raise BadInputError(
-            str(run.folder), "holds no two feedback sets in order", "a run in which the antenna answered"
+            str(run.folder), "has fewer than two feedback sets in sequence", "a run in which the antenna answered"
         )
     return _FeedbackSets(tick[rows], rows, status)
 

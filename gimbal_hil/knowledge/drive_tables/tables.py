@@ -58,7 +58,7 @@ class AxisTables:
 def drive_tables(model: AntennaModel, link: AdapterLinkConfig, motors: Mapping[str, Motor]) -> tuple[AxisTables, ...]:
     """Tables for each axis of a model behind the drives of a link; BadInputError where the make takes none."""
     if link.drive not in MAKES:
-        raise BadInputError("link.drive", f"{link.drive} takes no table that is known", " or ".join(MAKES))
+        raise BadInputError("link.drive", f"no table format is known for {link.drive}", " or ".join(MAKES))
     if model.is_linear:
         raise BadInputError(f"{model.where}: kind", "is linear", "axes that turn: a table is over a turn of the rotor")
     if len(model.axes) > len(link.drives):

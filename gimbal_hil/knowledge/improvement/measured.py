@@ -22,7 +22,7 @@ def measured_table(folder: Path, axes: Sequence[str]) -> SignalsTable:
     run = open_run(folder)
     steps = [event for event in run.events if event.kind is EventKind.SEGMENT]
     if not steps:
-        raise BadInputError(str(folder), "holds no step", "the run of an experiment")
+        raise BadInputError(str(folder), "has no measured step", "the run of an experiment")
     back = next((event.tick for event in steps if event.begins_teardown), None)
     part = _between(run, steps[0].tick, back)
     return signals_of_run(part, axes, resample=True, drop_invalid=True)

@@ -36,7 +36,7 @@ def command(
     from gimbal_hil.surface.cli.operate import daemon_run
 
     if back and values:
-        raise BadInputError("--back", "stands beside values", "one of them")
+        raise BadInputError("--back", "cannot be combined with values", "one of them")
     changes = _changes(values or [])
     folder = daemon_run(run)
     with OperatorClient(folder) as client:

@@ -29,14 +29,18 @@ def improved_in(folder: Path, config: Path, start: str | None) -> tuple[Path, An
         run("improve", words + (["--model", start] if start else []))
     journal = folder / JOURNAL_FILE
     if not (folder / MODEL_FILE).exists() or not journal.exists():
-        raise BadInputError("--improved", f"{folder} holds no {MODEL_FILE} and {JOURNAL_FILE}", "what improve leaves")
+        raise BadInputError(
+            "--improved", f"{folder} holds no {MODEL_FILE} and {JOURNAL_FILE}", "the --out folder of gimbal-hil improve"
+        )
     first = Journal(journal, resume=True)
     try:
         began = first.entries[0]
     finally:
         first.close()
     if not isinstance(began, Started):
-        raise BadInputError(str(journal), "does not say how the improvement began", "what improve leaves")
+        raise BadInputError(
+            str(journal), "has no entry for the start of the improvement", "the --out folder of gimbal-hil improve"
+        )
     return folder / MODEL_FILE, model_from_document(began.session["model"], f"{journal}: model")
 
 
