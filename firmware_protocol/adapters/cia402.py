@@ -56,6 +56,13 @@ class Cia402Drive:
             )
         if not section.id:
             raise BadInputError("link.drives: id", "0 is no CANopen node", "1 to 127")
+        most_nm, shaft_nm = 1e-3 * _LARGEST * section.rated_torque_nm, section.torque_nm / section.gear
+        if shaft_nm > most_nm:
+            raise BadInputError(
+                "link.drives: torque_nm",
+                f"{shaft_nm:.6g} N m at the shaft, and 0x6071 carries {most_nm:.6g} N m at most",
+                "a smaller one, or the drive's 0x6076 as rated_torque_nm, in N m",
+            )
         self._id = section.id
         self._radian, self._rated = 2.0 * math.pi / section.counts_per_turn, section.rated_torque_nm
         self._watchdog_ms = max(1, round(timing.watchdog_s * 1e3))

@@ -43,6 +43,10 @@ KINDS = {
 }
 #: rad: no encoder of an axis under control has so large a step; a float without its value type looks like that
 _COARSEST_POSITION_RAD = 0.1
+#: rad: what begins again sooner folds a jump away before a guard can see it
+_SHORTEST_WRAP_RAD = 0.5
+#: bytes of a classic frame, and the largest identifiers, standard and extended
+_FRAME_BYTES, _LAST_IDENTIFIERS = 8, (0x7FF, 0x1FFF_FFFF)
 _EXPECTED = "a map of a DBC with the keys schema, dbc, feedback, power, torque, enable"
 
 
@@ -167,6 +171,19 @@ class DriveMap(Strict):
     crc: Crc8 = Crc8()
     watchdog: str = ""
 
+    def meanings(self) -> list[tuple[str, str, str]]:
+        """(key, message, signal) of everything that is read from a frame or written into one."""
+        found = [(key, ref.message, ref.signal) for key, ref in self.quantities().items()]
+        found += [
+            ("power", self.power.message, self.power.signal),
+            ("enable", self.enable.message, self.enable.signal),
+        ]
+        found += [(f"constants.{name}", name, signal) for name, values in self.constants.items() for signal in values]
+        for name, message in self.messages.items():
+            signals = [message.counter.signal if message.counter else None, message.crc]
+            found += [(f"messages.{name}", name, signal) for signal in signals if signal]
+        return found
+
     def quantities(self) -> dict[str, SignalRef]:
         """Signals that are numbers with a unit, by their key in the file."""
         return {f"feedback.{name}": ref for name, ref in self.feedback.given().items()} | {"torque": self.torque}
@@ -194,6 +211,8 @@ def load_map(path: Path) -> tuple[DriveMap, Any]:
         "torque": found.torque,
     }.items():
         _require_unit(key, ref, database, path)
+    _require_words(found, database, path)
+    _require_checksums(found, database, path)
     _require_sendable(found, database, path)
     return found, database
 
@@ -216,8 +235,18 @@ def require_torque(path: Path, torque_nm: float) -> None:
 def identifiers(path: Path, drive_id: int) -> frozenset[int]:
     """CAN identifiers of all messages that a map uses for the drive of this id."""
     found, database = load_map(path)
-    used = {*found.received(), found.torque.message}
-    return frozenset(database.get_message_by_name(name).frame_id + found.id_step * drive_id for name in used)
+    used: set[int] = set()
+    for name in (*sorted(found.received()), found.torque.message):
+        message = database.get_message_by_name(name)
+        identifier, last = message.frame_id + found.id_step * drive_id, _LAST_IDENTIFIERS[message.is_extended_frame]
+        if identifier > last:
+            raise BadInputError(
+                f"{path}: id_step",
+                f"{name} of the drive {drive_id} would have the identifier 0x{identifier:X}",
+                f"one up to 0x{last:X}: a smaller id or id_step",
+            )
+        used.add(identifier)
+    return frozenset(used)
 
 
 def _require_signals(found: DriveMap, database: Any, path: Path) -> None:
@@ -228,21 +257,17 @@ def _require_signals(found: DriveMap, database: Any, path: Path) -> None:
             raise BadInputError(f"{path}: {key}.unit", f"{ref.unit!r}", " or ".join(units))
         if ref.wrap is not None and key != "feedback.position":
             raise BadInputError(f"{path}: {key}.wrap", "only a position begins again after a turn", "no such key")
-    places = [(key, ref.message, ref.signal) for key, ref in named.items()]
-    places += [
-        ("power", found.power.message, found.power.signal),
-        ("enable", found.enable.message, found.enable.signal),
-    ]
-    places += [(f"constants.{name}", name, signal) for name, values in found.constants.items() for signal in values]
-    for name, message in found.messages.items():
-        signals = [message.counter.signal if message.counter else None, message.crc]
-        places += [(f"messages.{name}", name, signal) for signal in signals if signal]
     known = {message.name: [one.name for one in message.signals] for message in database.messages}
-    for key, name, signal in places:
+    meant: dict[tuple[str, str], str] = {}
+    for key, name, signal in found.meanings():
         if name not in known:
             raise BadInputError(f"{path}: {key}", f"the DBC has no message {name!r}", ", ".join(known))
         if signal not in known[name]:
             raise BadInputError(f"{path}: {key}", f"{name} has no signal {signal!r}", ", ".join(known[name]))
+        if (name, signal) in meant:
+            said = f"{name}.{signal} is that of {meant[name, signal]} already"
+            raise BadInputError(f"{path}: {key}", said, "a signal of its own for each meaning")
+        meant[name, signal] = key
     if found.enable.message != found.torque.message:
         raise BadInputError(
             f"{path}: enable.message", f"{found.enable.message!r}", f"that of torque, {found.torque.message!r}"
@@ -260,6 +285,14 @@ def _require_unit(key: str, ref: SignalRef, database: Any, path: Path) -> None:
             f"{told!r}, or a scale where the DBC is wrong",
         )
     step = abs(ref.si(step_of(signal)))
+    if ref.scale == 0.0 or (not signal.is_float and step == 0.0):
+        raise BadInputError(
+            f"{path}: {key}", f"{ref.message}.{ref.signal} always says the same", "a scale that is not 0"
+        )
+    if ref.wrap_rad is not None and ref.wrap_rad < _SHORTEST_WRAP_RAD:
+        raise BadInputError(
+            f"{path}: {key}.wrap", f"{ref.wrap:g} {ref.unit}", f"a span of at least {_SHORTEST_WRAP_RAD} rad, in `unit`"
+        )
     if key == "feedback.position" and step > _COARSEST_POSITION_RAD:
         raise BadInputError(
             f"{path}: {key}.signal",
@@ -268,9 +301,51 @@ def _require_unit(key: str, ref: SignalRef, database: Any, path: Path) -> None:
         )
 
 
+def _require_words(found: DriveMap, database: Any, path: Path) -> None:
+    """No word means two things: least of all one that lets go, or stops, and the one for torque."""
+    words = found.enable.words()
+    others = [key for key, word in words.items() if key != "on" and word == found.enable.on]
+    if others:
+        raise BadInputError(
+            f"{path}: enable.{others[0]}", f"{found.enable.on} is the word for on", "a word that asks for no torque"
+        )
+    told = [(key, word) for key in ("on", "stopping", "fault") for word in getattr(found.power, key)]
+    bits = span_of(database.get_message_by_name(found.power.message).get_signal_by_name(found.power.signal), True)
+    meant: dict[int, str] = {}
+    for key, word in told:
+        if not bits.holds(word):
+            raise BadInputError(
+                f"{path}: power.{key}", f"{word} is never said", f"{bits.low:.6g} to {bits.high:.6g}, as the bits carry"
+            )
+        if meant.setdefault(word, key) != key:
+            raise BadInputError(f"{path}: power.{key}", f"{word} is {meant[word]} already", "one meaning for each word")
+    if not found.power.on:
+        raise BadInputError(f"{path}: power.on", "is empty", "the words of a drive that has torque")
+
+
+def _require_checksums(found: DriveMap, database: Any, path: Path) -> None:
+    """A CRC is a byte of its own, as it is."""
+    for name, guard in found.messages.items():
+        if guard.crc is None:
+            continue
+        signal = database.get_message_by_name(name).get_signal_by_name(guard.crc)
+        first = 0 if signal.byte_order == "little_endian" else 7
+        is_byte = signal.length == 8 and signal.start % 8 == first and not (signal.is_signed or signal.is_float)
+        if not is_byte or (signal.scale, signal.offset) != (1, 0):
+            raise BadInputError(
+                f"{path}: messages.{name}.crc", f"{name}.{guard.crc} is no whole byte", "8 bits (1,0) that fill a byte"
+            )
+
+
 def _require_sendable(found: DriveMap, database: Any, path: Path) -> None:
     """Whatever is sent fits the bits of its signal."""
     message = database.get_message_by_name(found.torque.message)
+    if message.length > _FRAME_BYTES:
+        raise BadInputError(
+            f"{path}: torque.message",
+            f"{message.name} has {message.length} bytes",
+            f"{_FRAME_BYTES} at most: no CAN FD",
+        )
     guard = found.messages.get(message.name, MessageRef())
     torque = span_of(message.get_signal_by_name(found.torque.signal))
     if not torque.holds(0.0):

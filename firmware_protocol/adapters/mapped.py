@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from firmware_protocol.adapters.dbc_map import MessageRef, SignalRef, load_map
@@ -75,6 +76,8 @@ class MappedDrive:
             for name in sorted(self._map.received())
         )
         self.sample = AxisSample(power_updates=0)
+        self._is_placed = False
+        self._require_writable(section.map, section.torque_nm)
 
     def sender_of(self, frame: CanFrame) -> int | None:
         # a DBC does not say how other drives of its make are numbered
@@ -157,9 +160,10 @@ class MappedDrive:
             return fresh
         self._invalid -= {name}
         found = ref.si(value)
-        if name == "position" and ref.wrap_rad is not None and self.sample.updates:
+        if name == "position" and ref.wrap_rad is not None and self._is_placed:
             # the shorter way round, from the turn that it is in
             found = self.sample.position_rad + math.remainder(found - self.sample.position_rad, ref.wrap_rad)
+        self._is_placed = self._is_placed or name == "position"
         rate = self._differentiated(found) if name == "position" and "rate" not in self._given else {}
         return {_FIELDS[name]: found, **fresh, **rate}
 
@@ -238,6 +242,20 @@ class MappedDrive:
             values[guard.crc] = self._map.crc.of(_without(message, guard.crc, data))
             data = message.encode(values, scaling=True, strict=False)
         return CanFrame(message.frame_id + self._offset, data, message.is_extended_frame)
+
+    def _require_writable(self, path: Path, largest_nm: float) -> None:
+        """Whatever a tick may send is written once here, so that none ends in a traceback."""
+        try:
+            for word in self._map.enable.words().values():
+                for torque_nm in (-largest_nm, largest_nm):
+                    self._command(torque_nm, word)
+        except Exception as error:  # cantools has errors of its own for each thing that a DBC can get wrong
+            raise BadInputError(
+                f"{path}: dbc",
+                f"{self._command_message.name} cannot be written: {error}",
+                "a message whose signals have a factor that is not 0, and selectors with values of theirs",
+            ) from None
+        self._sent.clear()
 
     def _grow_older(self) -> None:
         """A message with a stated rate that stays away is a fault: its last values say nothing any more."""

@@ -14,6 +14,7 @@ from dataclasses import replace
 
 from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
 from firmware_protocol.adapters.spoken import Spoken
+from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import CanFrame, DriveSection
 
 HEARTBEAT, SET_AXIS_STATE, ENCODER_ESTIMATES, SET_CONTROLLER_MODE = 0x01, 0x07, 0x09, 0x0B
@@ -30,6 +31,8 @@ _TORQUE_CONTROL, _PASS_THROUGH = 1, 1
 _TURN = 2.0 * math.pi
 #: power while there is no error; every other state of an axis (calibration, homing) has torque of its own
 _POWERS = {0: Power.OFF, IDLE: Power.OFF, CLOSED_LOOP: Power.ON}
+#: node_id has six bits of the identifier
+_LAST_NODE = 63
 #: its state comes with the heartbeat, every 100 ms unless `can.heartbeat_msg_rate_ms` says otherwise, s
 _ANSWERS_S = 0.25
 #: asking again for a state before the heartbeat has told of the last one helps nobody
@@ -42,6 +45,8 @@ class OdriveDrive:
     gives = frozenset({Gives.RATE, Gives.TORQUE, Gives.TEMPERATURE, Gives.SUPPLY})
 
     def __init__(self, section: DriveSection, timing: DriveTiming) -> None:
+        if section.id > _LAST_NODE:
+            raise BadInputError("link.drives: id", f"{section.id} is no node_id", f"0 to {_LAST_NODE}")
         self._id, self.answers_s = section.id, _ANSWERS_S
         self._asked = 0
         self._told_power, self._error, self._invalid = Power.OFF, "", ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+from typing import Any
 
 import pytest
 
@@ -19,6 +20,7 @@ from firmware_protocol.adapters import (
     drive_named,
     missing_text,
     on_the_joint,
+    require_drives,
 )
 from firmware_protocol.adapters.cia402 import state_of
 from firmware_protocol.adapters.drive import AxisSample, farewell, shaft_torque
@@ -195,3 +197,17 @@ def test_a_drive_of_another_package_is_found_by_its_entry_point(monkeypatch: pyt
         drive_named("gone")
     with pytest.raises(BadInputError, match="no drive 'moteos'; expected moteus, odrive, cia402, dbc, acme, gone"):
         drive_named("moteos")
+
+
+@pytest.mark.parametrize(
+    ("name", "more", "said"),
+    [
+        ("odrive", {"id": 64}, r"id: 64 is no node_id; expected 0 to 63"),
+        ("cia402", {"torque_nm": 66.0}, r"66 N m at the shaft, and 0x6071 carries 65.534 N m at most"),
+    ],
+)
+def test_what_no_frame_of_a_drive_can_carry_is_refused(name: str, more: dict[str, Any], said: str) -> None:
+    fits = SECTION.model_dump() | {"torque_nm": 65.5}
+    require_drives(name, [DriveSection(**fits), DriveSection(**fits | {"id": 63})])
+    with pytest.raises(BadInputError, match=said):
+        require_drives(name, [DriveSection(**fits | more), DriveSection(**fits | {"id": 62})])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import struct
 import tempfile
@@ -142,8 +143,6 @@ def test_a_status_that_stays_away_for_five_of_its_periods_is_a_fault(drive: Mapp
 def test_what_does_not_fit_the_dbc_is_refused_with_file_and_key(
     tmp_path: Path, path: tuple[str, ...], value: Any, said: str
 ) -> None:
-    import copy
-
     document = copy.deepcopy(MAP)
     section = document
     for key in path[:-1]:
@@ -240,6 +239,71 @@ def test_a_single_turn_encoder_goes_on_past_its_zero(tmp_path: Path) -> None:
         assert drive.take(CanFrame(256, raw + bytes([0, 0, 4, 0, 0])))
         told.append(math.degrees(drive.sample.position_rad))
     assert told == pytest.approx([350.0, 359.0, 368.0, 380.0, 365.0, 355.0])
+
+
+def test_a_single_turn_encoder_begins_at_its_first_good_value(tmp_path: Path) -> None:
+    mapping = MAP | {"messages": {}, "constants": {}}
+    position = MAP["feedback"]["position"] | {"wrap": 360.0, "sign": 1}
+    drive = _drive(tmp_path, DBC, mapping | {"feedback": {"position": position}})
+    # beyond the stated range: it has no value yet, and no turn to go on from
+    for degrees in (8388.607, 270.0, 280.0):
+        raw = round(degrees / 0.001).to_bytes(3, "little")
+        assert drive.take(CanFrame(256, raw + bytes([0, 0, 4, 0, 0])))
+    assert math.degrees(drive.sample.position_rad) == pytest.approx(280.0)
+
+
+_CHECK = 'SG_ Check : 56|8@1+ (1,0) [0|255] "" SERVO'
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "change", "said"),
+    [
+        # a word that is to take the torque away asks for it
+        (("enable", "off"), 1, (), r"enable.off: 1 is the word for on"),
+        (("enable", "stop"), 1, (), r"enable.stop: 1 is the word for on"),
+        (("enable", "short"), 1, (), r"enable.short: 1 is the word for on"),
+        (("enable", "reset"), 1, (), r"enable.reset: 1 is the word for on"),
+        (("power", "fault"), [4], (), r"power.fault: 4 is on already"),
+        (("power", "stopping"), [15], (), r"power.fault: 15 is stopping already"),
+        (("power", "on"), [], (), r"power.on: is empty"),
+        (("power", "on"), [99], (), r"power.on: 99 is never said; expected 0 to 15"),
+        # a counter or a CRC in the place of the torque would be torque
+        (("messages", "Command", "counter"), {"signal": "Torque"}, (), r"Command.Torque is that of torque already"),
+        (("messages", "Command", "crc"), "Torque", (), r"Command.Torque is that of torque already"),
+        (("constants", "Command"), {"Torque": 500.0}, (), r"Command.Torque is that of torque already"),
+        (("constants", "Command"), {"Run": 1.0}, (), r"Command.Run is that of enable already"),
+        (("feedback", "rate", "scale"), 0.0, (), r"Status.Speed always says the same"),
+        (("feedback", "position", "wrap"), 5e-324, (), r"position.wrap: .* a span of at least 0.5 rad"),
+        (("feedback", "position", "wrap"), 1.0, (), r"position.wrap: 1 deg; expected a span of at least 0.5 rad"),
+        ((), None, (_CHECK, _CHECK.replace("56|8", "56|4")), r"messages.Command.crc: .* no whole byte"),
+        ((), None, (_CHECK, _CHECK.replace("56|8", "54|8")), r"messages.Command.crc: .* no whole byte"),
+        ((), None, (_CHECK, _CHECK.replace("8@1+", "8@1-")), r"messages.Command.crc: .* no whole byte"),
+        ((), None, (_CHECK, _CHECK.replace("(1,0)", "(2,0)")), r"messages.Command.crc: .* no whole byte"),
+        ((), None, ("SG_ Mode : 24|4@1+ (1,0)", "SG_ Mode : 24|4@1+ (0,3)"), r"dbc: Command cannot be written"),
+        ((), None, ("0|24@1- (0.001,0)", "0|24@1- (0,0)"), r"Status.Angle always says the same"),
+        ((), None, ("BO_ 512 Command: 8", "BO_ 512 Command: 12"), r"Command has 12 bytes; expected 8 at most"),
+    ],
+)
+def test_a_map_in_which_one_thing_means_two_is_refused(
+    tmp_path: Path, path: tuple[str, ...], value: Any, change: tuple[str, ...], said: str
+) -> None:
+    mapping = copy.deepcopy(MAP)
+    section = mapping
+    for key in path[:-1]:
+        section = section[key]
+    if path:
+        section[path[-1]] = value
+    else:
+        assert change[0] in DBC
+    with pytest.raises(BadInputError, match=said):
+        _drive(tmp_path, DBC.replace(*change) if change else DBC, mapping)
+
+
+def test_an_identifier_that_no_frame_can_have_is_refused(tmp_path: Path) -> None:
+    written(tmp_path, MAP | {"id_step": 2000})
+    sections = [DriveSection(id=k, torque_nm=9.0, map=tmp_path / "map.yaml") for k in (0, 1)]
+    with pytest.raises(BadInputError, match=r"id_step: .* would have the identifier 0x8D0; expected one up to 0x7FF"):
+        require_drives("dbc", sections)
 
 
 MULTIPLEXED = (

@@ -38,6 +38,7 @@ from gimbal_hil.loop.host.layout import (
     axis_c,
     axis_h,
 )
+from gimbal_hil.loop.host.limits import braking, limit_ahead
 from gimbal_hil.loop.host.memory import (
     C_AT,
     COUNTERS_AT,
@@ -129,11 +130,13 @@ __all__ = [
     "UnnamedAxis",
     "axis_c",
     "axis_h",
+    "braking",
     "encode_host_mail",
     "host_block_tick",
     "host_tick",
     "image_of",
     "layout",
+    "limit_ahead",
     "program_of",
     "stand_as",
     "word_of",

@@ -106,21 +106,27 @@ def fault_of(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> int:
 def stop_cause(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> int:
     """The HostCause to stop now: an axis whose braking distance reaches a limit; NONE when there is none."""
     for axis in range(AXES):
-        h, c = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
-        rate = _moving_rate(H, C, axis)
-        # an axis that is off cannot be braked: it may swing where it likes
-        if rate == 0.0 or G[AXIS_G + axis * AXIS_G_SIZE + MODE] == _OFF:
-            continue
-        # the loop needs a few ticks before the torque brakes
-        distance = rate * rate / (2.0 * braking(H, C, h, c)) + 3.0 * abs(rate) * C[STEP_S]
-        if G[AXIS_G + axis * AXIS_G_SIZE + MODE] == _POSITION:
-            # the reference ends at the limit: only its overshoot may lead beyond
-            distance -= 0.5 * C[c + TRAVEL_MARGIN]
-        cause = _reached(H[h + MEASURED_POSITION], rate, distance, C, c)
+        cause = limit_ahead(H, G, C, axis)
         if cause != _NONE:
             report(G, _TRIPPED, cause, axis, YES)
             return cause
     return _NONE
+
+
+@compiled
+def limit_ahead(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> int:
+    """The HostCause of the limit that an axis' braking distance reaches; NONE when there is none."""
+    h, c = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
+    rate = _moving_rate(H, C, axis)
+    # an axis that is off cannot be braked: it may swing where it likes
+    if rate == 0.0 or G[AXIS_G + axis * AXIS_G_SIZE + MODE] == _OFF:
+        return _NONE
+    # the loop needs a few ticks before the torque brakes
+    distance = rate * rate / (2.0 * braking(H, C, h, c)) + 3.0 * abs(rate) * C[STEP_S]
+    if G[AXIS_G + axis * AXIS_G_SIZE + MODE] == _POSITION:
+        # the reference ends at the limit: only its overshoot may lead beyond
+        distance -= 0.5 * C[c + TRAVEL_MARGIN]
+    return _reached(H[h + MEASURED_POSITION], rate, distance, C, c)
 
 
 @compiled

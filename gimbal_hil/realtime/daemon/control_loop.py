@@ -35,7 +35,7 @@ from gimbal_hil.loop.timing import Clock, Duration, Miss, MissCause, RingReader,
 from gimbal_hil.realtime.daemon.heartbeat import Heartbeat
 from gimbal_hil.realtime.daemon.lease import Lease
 from gimbal_hil.realtime.daemon.link_keeper import LinkKeeper
-from gimbal_hil.realtime.daemon.refusing import why_not_now
+from gimbal_hil.realtime.daemon.refusing import why_not_adjusted, why_not_now
 from gimbal_hil.realtime.telemetry import (
     Command,
     CommandKind,
@@ -266,8 +266,10 @@ class ControlLoop:
             self._lease = Lease(command.number, lease_ticks, self._period_ns) if lease_ticks else None
             return ""  # the service records it: it has the program
         if command.kind is CommandKind.ADJUST:
-            host.adjust(unpack_configuration(command.payload))
-            return ""  # the service records it: it knows the numbers by name
+            numbers = unpack_configuration(command.payload)
+            if not (why := why_not_adjusted(host, numbers)):
+                host.adjust(numbers)
+            return why  # the service records it: it knows the numbers by name
         if command.kind is CommandKind.SHUT_DOWN:
             self._leave(Stopping.BRAKING, LoopEnd(EXIT_DONE, "shut down by the operator"))
             return ""
