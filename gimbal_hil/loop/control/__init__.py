@@ -58,7 +58,7 @@ from gimbal_hil.loop.control.layout import (
     Mode,
 )
 from gimbal_hil.loop.control.model_torques import rigid_torques
-from gimbal_hil.loop.control.observer import observe, observed_torque, remember_torque, start_observing
+from gimbal_hil.loop.control.observer import carry_on, observe, observed_torque, remember_torque, start_observing
 from gimbal_hil.loop.control.pi import clamp, next_integral
 from gimbal_hil.loop.control.position_torque import bin_of, learn, learned_torque, named_torque
 from gimbal_hil.loop.control.shaping import shape_position, start_shaping
@@ -128,6 +128,7 @@ __all__ = [
     "axis_torque",
     "base_rates",
     "bin_of",
+    "carry_on",
     "clamp",
     "enter_mode",
     "fade_model",

@@ -64,6 +64,25 @@ def observe(
     position: float, rate: float, base_rate: float, step_s: float, H: np.ndarray, h: int, C: np.ndarray, c: int
 ) -> None:
     """Estimates of this tick from encoder (rad), gyro (rad/s) and the base rate about the axis (rad/s)."""
+    _predict(base_rate, step_s, H, h, C, c)
+    of_encoder, of_gyro = position - H[h + EST_POSITION], rate - H[h + EST_GYRO]
+    for k in range(OBSERVER_STATES):
+        gain = c + OBSERVER_GAIN + 2 * k
+        H[h + ESTIMATE + k] += C[gain] * of_encoder + C[gain + 1] * of_gyro
+
+
+@compiled
+def carry_on(base_rate: float, step_s: float, H: np.ndarray, h: int, C: np.ndarray, c: int) -> None:
+    """Estimates of a tick that brought no sample and in which the last torque was held: what is not carried on would
+    be taken for a jump of the joint when the next sample comes.
+    """
+    _predict(base_rate, step_s, H, h, C, c)
+    remember_torque(H, h)
+
+
+@compiled
+def _predict(base_rate: float, step_s: float, H: np.ndarray, h: int, C: np.ndarray, c: int) -> None:
+    """Estimates from those of the tick before and the torque that acted since."""
     acceleration = H[h + PENDING + int(C[c + DELAY_TICKS])] + H[h + EST_DISTURBANCE]
     before = H[h + EST_RATE]
     H[h + EST_POSITION] += step_s * (before + 0.5 * step_s * acceleration)
@@ -76,10 +95,6 @@ def observe(
         x1, x2, g = H[h + EST_GYRO], H[h + EST_GYRO_SLOPE], c + GYRO_LAG
         H[h + EST_GYRO] = C[g] * x1 + C[g + 1] * x2 + C[g + 4] * turned
         H[h + EST_GYRO_SLOPE] = C[g + 2] * x1 + C[g + 3] * x2 + C[g + 5] * turned
-    of_encoder, of_gyro = position - H[h + EST_POSITION], rate - H[h + EST_GYRO]
-    for k in range(OBSERVER_STATES):
-        gain = c + OBSERVER_GAIN + 2 * k
-        H[h + ESTIMATE + k] += C[gain] * of_encoder + C[gain + 1] * of_gyro
 
 
 @compiled

@@ -33,6 +33,7 @@ from gimbal_hil.loop.control import (
     Mode,
     adapt_friction,
     axis_torque,
+    carry_on,
     enter_mode,
     fade_model,
     friction_torque,
@@ -83,6 +84,7 @@ from gimbal_hil.loop.host.layout import (
     MOTOR_TEMPERATURE,
     REFERENCE,
     REST_RATE,
+    SKIPPED,
     SLOPE,
     STEP_S,
     TEMPERATURE_HEARD,
@@ -94,6 +96,8 @@ _OFF, _RATE, _POSITION = number(Mode.OFF), number(Mode.RATE), number(Mode.POSITI
 _MODEL, _LEVELS = number(EventCode.MODEL), number(EventCode.FRICTION_LEVELS)
 #: temperature of a motor that tells none: what the model's numbers hold for
 _UNTOLD_DEGC = 20.0
+#: more ticks than this in a row are not carried over
+_MOST_CARRIED = 64
 _INNER_H = AXIS_H + AXIS_H_SIZE
 _MOMENTS = (AXIS_C + MOMENT_X, AXIS_C + AXIS_C_SIZE + MOMENT_X)
 
@@ -101,10 +105,21 @@ _MOMENTS = (AXIS_C + MOMENT_X, AXIS_C + AXIS_C_SIZE + MOMENT_X)
 @compiled
 def follow(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray) -> None:
     """Torques of both axes that follow the segment in force."""
+    for _ in range(min(G[SKIPPED], _MOST_CARRIED)):
+        carry_estimates(H, G, C)
     set_references(H, G, C, plan)
     _feed_forward(wanted_mode(G, plan, 0), wanted_mode(G, plan, 1), H, G, C)
     for axis in range(AXES):
         _close(wanted_mode(G, plan, axis), H, G, C, axis)
+
+
+@compiled
+def carry_estimates(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
+    """Carry the observers over a tick without a sample, in which torque is held."""
+    for axis in range(AXES):
+        h, c = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
+        if is_observed(H, h, C, c) and G[AXIS_G + axis * AXIS_G_SIZE + MODE] >= _RATE:
+            carry_on(H[h + BASE_RATE], C[STEP_S], H, h, C, c)
 
 
 @compiled

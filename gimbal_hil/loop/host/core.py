@@ -12,7 +12,7 @@ from firmware_protocol import mail as m
 from firmware_protocol.block_codec import quantise
 from firmware_protocol.compiling import FLOATS, INTEGER, INTEGERS, compiled, part
 from gimbal_hil.loop.control import TORQUE
-from gimbal_hil.loop.host.acting import follow, let_go, slow_down
+from gimbal_hil.loop.host.acting import carry_estimates, follow, let_go, slow_down
 from gimbal_hil.loop.host.drive import may_reset_fault, send_control
 from gimbal_hil.loop.host.event_ring import enter_state, report
 from gimbal_hil.loop.host.following import end_segment, guard_trips, has_next, segment_over, start_segment, switches_off
@@ -262,6 +262,7 @@ def _fault(G: np.ndarray, cause: int) -> None:
 def _act(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray) -> None:
     """Follow the segment in force; without a fresh sample the torque of the last tick is held."""
     if G[LINK_STATUS] != _OK:
+        carry_estimates(H, G, C)
         return
     if G[SEGMENT_RUNS] == _DUE:
         start_segment(G[SEGMENT] + 1, H, G, plan)
