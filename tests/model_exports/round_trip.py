@@ -142,27 +142,37 @@ def asked(folder: Path, seed: int) -> dict[str, Any]:
         return {"error": done.stderr[-300:]}
     verdict = json.loads(answer.read_text())
     listed = {(one.item.axis, name) for one in exported.left_out for name in one.effects}
-    told = [(one["axis"], one["name"]) for one in verdict["effects"]]
-    either = [(one["axis"], one["name"]) for one in verdict["alternatives"]]
+    nearly = {(one.item.axis, name) for one in exported.approximated for name in one.effects}
     return {
         "verdict": verdict["verdict"],
         "effects": [f"{entry.effect.name} of {entry.axis}" for entry in model.effects],
         "left_out": sorted(f"{name} of {axis}" for axis, name in listed),
-        "told": [f"{name} of {axis}" for axis, name in told],
-        "judged": _judged(verdict["verdict"], listed, set(told), set(either)),
+        "told": [f"{one['name']} of {one['axis']}, {one['status']}" for one in verdict["effects"]],
+        "judged": judged(verdict, listed, nearly),
     }
 
 
-def _judged(
-    verdict: str, listed: set[tuple[str, str]], told: set[tuple[str, str]], either: set[tuple[str, str]]
-) -> str:
-    if not listed:
-        return "nothing named" if not told else "named though held"
-    if listed & told and verdict == "named" and told <= listed:
+def judged(verdict: dict[str, Any], left_out: set[tuple[str, str]], nearly: set[tuple[str, str]]) -> str:
+    """What an answer is worth, by (axis, effect) of what the account lists as left out and as held nearly.
+
+    A name that stands on neither list is false, whatever stands beside it: a right name excuses no wrong one.
+    """
+    told = {(one["axis"], one["name"]) for one in verdict["effects"]}
+    named = {(one["axis"], one["name"]) for one in verdict["effects"] if one["status"] == "named"}
+    either = told | {(one["axis"], one["name"]) for one in verdict["alternatives"]}
+    if named - left_out - nearly:
+        return "FALSE NAME"
+    if not left_out:
+        if told - nearly:
+            return "guessed though held"
+        return "held nearly, told" if told else "nothing named"
+    if verdict["verdict"] == "no_discrepancy":
+        return "FALSE ALL-CLEAR"
+    if left_out <= named:
         return "left out, named"
-    if listed & (told | either):
+    if left_out & either:
         return "left out, in its class"
-    return "left out, another named" if told else "left out, no name"
+    return "left out, another guessed" if told else "left out, no name"
 
 
 def main() -> None:
@@ -170,10 +180,11 @@ def main() -> None:
     reader = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     reader.add_argument("folder", type=Path)
     reader.add_argument("--seed", type=int, required=True)
-    reader.add_argument("--models", type=int, default=40)
+    reader.add_argument("--first", type=int, default=0, help="number of the first model, to ask in pieces")
+    reader.add_argument("--models", type=int, default=40, help="how many from there")
     chosen = reader.parse_args()
     tally: Counter[str] = Counter()
-    for k in range(chosen.models):
+    for k in range(chosen.first, chosen.first + chosen.models):
         seed = 1000 * chosen.seed + k
         kept = chosen.folder / f"{seed}.json"
         if not kept.exists():
