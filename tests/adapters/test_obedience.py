@@ -247,6 +247,8 @@ def test_an_order_is_repeated_until_a_newer_word_and_nobody_is_fed_who_does_not_
         if not given_up and (number == 0 or not heeds):
             assert told in sent
         assert not (late > 20 + 1 and not obedience.starving)
+        complaint = obedience.complaint(0)
+        assert ("says nothing" in complaint) == (late > 20 and not any(words[:number]))
         if word is not None:
             drive.says(word)
         if obedience.is_done():
