@@ -128,10 +128,13 @@ def main() -> None:
             break
         asked += 1
         with changed(mutant):
-            # those that are about this module first
-            if not any(_is_noticed([word]) for word in sorted(words, key=lambda word: mutant.module not in word)):
+            noticing = next((word for word in words if _is_noticed([word])), None)
+            if noticing is None:
                 survivors.append(mutant.name)
                 print(f"lives: {mutant.name}", file=sys.stderr, flush=True)
+            else:
+                # neighbours are noticed by the same tests
+                words.sort(key=lambda word: word != noticing)
     json.dump({"mutants": len(chosen), "asked": asked, "from": first, "survivors": survivors}, sys.stdout)
 
 
