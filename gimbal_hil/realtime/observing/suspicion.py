@@ -44,6 +44,8 @@ _EVENTS = 0.7
 #: share of what is missing during slips that may not be taken back
 _NET = 0.35
 _RIDGE = 1e-6
+#: parts of the minute before that are left out one after another
+_PARTS = 8
 
 
 class Growing(StrEnum):
@@ -163,14 +165,31 @@ def suspicion(rows: Floats, least_nm: float) -> Suspected | None:
     slides = np.abs(after[:, 2]) > _SLIDES_RAD_S
     if len(before) < _LEAST_BEFORE_S / _ROW_S or np.sum(slides) < _LEAST_NOW_S / _ROW_S:
         return None
-    usual = _regressors(before)
-    numbers = np.linalg.solve(usual.T @ usual + _RIDGE * len(usual) * np.eye(usual.shape[1]), usual.T @ before[:, 0])
-    noise = float(np.std(before[:, 0] - usual @ numbers))
-    left = (after[:, 0] - _regressors(after) @ numbers)[slides]
-    noise = max(noise, least_nm / _ONSET)
+    numbers, spread, noise = _usual(before)
+    expected = _regressors(after)
+    left = (after[:, 0] - expected @ numbers)[slides]
+    # other motion than before asks more of the numbers than they were seen to hold
+    unsure = float(np.mean(np.einsum("ni,ij,nj->n", expected[slides], spread, expected[slides])))
+    noise = max(math.sqrt(noise**2 + unsure), least_nm / _ONSET)
     if float(np.sqrt(np.mean(left**2))) < _ONSET * noise:
         return None
     return _named(left, after[slides], noise, None if slipped is None else (slipped[0][slides], slipped[1]))
+
+
+def _usual(before: Floats) -> tuple[Floats, Floats, float]:
+    """What the minute before lacked in usual motion: numbers (6,) with their covariance (6, 6) by leaving out one part
+    of the minute after another, since what is left goes on for seconds, and the standard deviation of what is left.
+    """
+    regressors = _regressors(before)
+    ridge = _RIDGE * len(before) * np.eye(regressors.shape[1])
+    parts = np.array_split(np.arange(len(before)), _PARTS)
+    grams = np.array([regressors[part].T @ regressors[part] for part in parts])
+    moments = np.array([regressors[part].T @ before[part, 0] for part in parts])
+    numbers = np.linalg.solve(grams.sum(axis=0) + ridge, moments.sum(axis=0))
+    without = np.linalg.solve(grams.sum(axis=0) - grams + ridge, (moments.sum(axis=0) - moments)[:, :, None])[:, :, 0]
+    apart = without - without.mean(axis=0)
+    covariance = (_PARTS - 1) / _PARTS * apart.T @ apart
+    return numbers, covariance, float(np.std(before[:, 0] - regressors @ numbers))
 
 
 def _regressors(rows: Floats) -> Floats:
