@@ -70,7 +70,8 @@ def test_a_session_of_a_ground_station(tmp_path: Path) -> None:
             # a station that has gone
             station.hears("GIMBAL_MANAGER_STATUS", lambda message: message.primary_control_sysid == 0, beating=False)
             daemon.until_state(client, "idle")
-            # rates, and the bridge dies in motion
+            # heard again it may turn by rates, and the bridge dies in motion
+            station.hears("GIMBAL_DEVICE_ATTITUDE_STATUS")
             station.mav.gimbal_manager_set_pitchyaw_send(1, 154, 0, 1, NAN, NAN, 0.0, 0.2)
             daemon.until_state(client, "active")
             bridge.kill()
