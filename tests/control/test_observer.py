@@ -67,7 +67,7 @@ def closed_loop(
     H[layout.MOVED_INERTIA] = 0.5
     q = v = 0.0
     gyro, late, positions = np.zeros(2), [0.0] * delay, []
-    start_observing(0.0, 0.0, 0.0, H, 0)
+    start_observing(0.0, 0.0, 0.0, STEP_S, H, 0)
     for _ in range(ticks):
         observe(q, gyro[0], 0.0, STEP_S, H, 0, C, 0)
         torque = observed_torque(int(Mode.POSITION), 0.0, 0.0, (-3.0, 3.0), STEP_S, H, 0, C, 0)
@@ -99,6 +99,6 @@ def test_the_first_torque_at_zero_error_is_the_last_one() -> None:
     H, C = np.zeros(layout.CONTROL_STATES), law(2)
     H[layout.MOVED_INERTIA], H[layout.DRAG], H[layout.TORQUE] = 0.5, 0.7, 1.9
     H[layout.SHAPED_POSITION] = 0.3
-    start_observing(0.3, 0.0, 0.0, H, 0)
+    start_observing(0.3, 0.0, 0.0, STEP_S, H, 0)
     observe(0.3, 0.0, 0.0, STEP_S, H, 0, C, 0)
     assert observed_torque(int(Mode.POSITION), 0.3, 0.0, (-3.0, 3.0), STEP_S, H, 0, C, 0) == pytest.approx(1.9)

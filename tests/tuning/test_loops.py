@@ -99,7 +99,7 @@ def test_the_response_of_the_law_is_that_of_its_code() -> None:
     w, ticks = 2.0 * math.pi * 5.0, 8000
     H = np.zeros(control.CONTROL_STATES)
     H[control.MOVED_INERTIA] = 0.5
-    start_observing(0.0, 0.0, 0.0, H, 0)
+    start_observing(0.0, 0.0, 0.0, 1e-3, H, 0)
     answered = []
     for k in range(ticks):
         observe(1e-6 * math.sin(w * k * 1e-3), 0.0, 0.0, 1e-3, H, 0, C, 0)

@@ -47,12 +47,13 @@ _POSITION, _INERTIAL_RATE = int(Mode.POSITION), int(Mode.INERTIAL_RATE)
 
 
 @compiled
-def start_observing(position: float, rate: float, base_rate: float, H: np.ndarray, h: int) -> None:
-    """Begin where the sensors are, with the disturbance that balances the torque of the last tick: the first torque at
-    zero error is the last one.
+def start_observing(position: float, rate: float, base_rate: float, step_s: float, H: np.ndarray, h: int) -> None:
+    """Begin a tick before the one whose sample is about to be observed, where a joint of this rate was then, with the
+    disturbance that balances the torque of the last tick: the first torque at zero error is the last one.
     """
     net = (H[h + TORQUE] - H[h + DRAG]) / H[h + MOVED_INERTIA]
-    H[h + EST_POSITION], H[h + EST_RATE] = position, rate - base_rate
+    H[h + EST_RATE] = rate - base_rate
+    H[h + EST_POSITION] = position - step_s * H[h + EST_RATE]
     H[h + EST_DISTURBANCE], H[h + EST_OFFSET] = -net, 0.0
     H[h + EST_GYRO], H[h + EST_GYRO_SLOPE] = rate, 0.0
     for k in range(MOST_DELAY_TICKS + 1):

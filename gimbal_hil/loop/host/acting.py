@@ -246,7 +246,7 @@ def _enter(mode: int, H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) ->
     position, rate, base_rate = H[h + MEASURED_POSITION], H[h + MEASURED_RATE], H[h + BASE_RATE]
     enter_mode(position, rate, base_rate, H[h + FEEDFORWARD], H, h, C, c)
     if is_observed(H, h, C, c) and G[g + MODE] < _RATE <= mode:
-        start_observing(position, rate, base_rate, H, h)
+        start_observing(position, rate, base_rate, C[STEP_S], H, h)
     G[g + MODE] = mode
 
 

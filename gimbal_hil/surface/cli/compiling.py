@@ -29,6 +29,8 @@ _KERNELS: dict[str, tuple[str, int]] = {
     "run_law": ("another law and antenna in one loop", 300),
     "run_blocks": ("host and antenna with every frame in one loop", 320),
     "run_open_loop": ("the plant alone", 60),
+    "decide": ("host and antenna with predictive control, before its decision", 110),
+    "answer": ("host and antenna with predictive control, after it", 320),
     "observe": ("the model beside the antenna", 110),
     "run_steps": ("the plant alone, for the bench", 60),
     "balance": ("the search's balance of torques", 60),
