@@ -27,9 +27,9 @@ def turned_round(model: AntennaModel, axis: str) -> AntennaModel:
     return model.with_numbers(axis, {path: -model.number(axis, path) for path in paths})
 
 
-def with_model(change: Change, tmp_path: Path, watch: bool = True) -> DaemonSettings:
-    """The arena's `tuned`, its numbers from a model that is changed on both axes."""
-    model, settings = shipped_model("realistic"), controller_settings("tuned")
+def with_model(change: Change, tmp_path: Path, watch: bool = True, controller: str = "tuned") -> DaemonSettings:
+    """A controller of the arena, its numbers from a model that is changed on both axes."""
+    model, settings = shipped_model("realistic"), controller_settings(controller)
     for axis in model.axes:
         model = change(model, axis)
     file = tmp_path / "changed.yaml"
@@ -79,7 +79,8 @@ def test_a_model_that_becomes_right_again_comes_back(tmp_path: Path) -> None:
     events += engine.run(SWING).events
     news = [(one.data["axis"], one.data["news"]) for one in events if one.code is EventCode.MODEL]
     for axis in ("outer", "inner"):
-        assert [what for who, what in news if who == axis] == ["stale", "right"]
+        # the loops of the observer may have been left before: that is for good, and another matter
+        assert [what for who, what in news if who == axis and what != "shakes"] == ["stale", "right"]
 
 
 def rms(settings: DaemonSettings, words: str, wrong: float = 0.0, seed: int = 1) -> float:
@@ -91,8 +92,9 @@ def rms(settings: DaemonSettings, words: str, wrong: float = 0.0, seed: int = 1)
 
 
 def test_loops_that_swing_on_a_wrong_inertia_are_caught(tmp_path: Path) -> None:
-    caught = rms(with_model(heavier, tmp_path), "case 5")
-    assert caught < 0.01 * rms(with_model(heavier, tmp_path, watch=False), "case 5")
+    # those of `tuned` do not swing on four times the inertia
+    caught = rms(with_model(heavier, tmp_path, controller="all"), "case 5")
+    assert caught < 0.01 * rms(with_model(heavier, tmp_path, False, "all"), "case 5")
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
