@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
 import sys
 import tempfile
 import time
@@ -15,9 +14,8 @@ from pathlib import Path
 from pymavlink.quaternion import QuaternionBase
 
 from gimbal_hil.pages.plots import stacked, write_picture
-from tests.daemon.daemons import RunningDaemon
 from tests.mavlink.parts import NAN, dialect
-from tests.mavlink.test_with_a_daemon import Station, free_port
+from tests.mavlink.station import Station, session
 
 #: attitude messages a second that the station asks for
 _HZ = 25
@@ -50,7 +48,7 @@ class Watched:
             self.rows.append((time.monotonic() - self.began, math.degrees(pitch), math.degrees(yaw)))
 
 
-def session(watched: Watched, state: Callable[[], str]) -> None:
+def act(watched: Watched, state: Callable[[], str]) -> None:
     """Point, be refused, turn at a rate, come back, lose the heartbeat."""
     station = watched.station
     interval = dialect.MAVLINK_MSG_ID_GIMBAL_DEVICE_ATTITUDE_STATUS, 1e6 / _HZ
@@ -74,24 +72,13 @@ def session(watched: Watched, state: Callable[[], str]) -> None:
 
 
 def recorded() -> Watched:
-    """A session through a bridge and a daemon of their own, over UDP on loopback."""
-    port = free_port()
-    with tempfile.TemporaryDirectory() as place, RunningDaemon(Path(place) / "run") as daemon:
-        client = daemon.client()
-        daemon.until_state(client, "idle")
-        words = ["mavlink", str(daemon.run), "--link", f"udpin:127.0.0.1:{port}"]
-        bridge = subprocess.Popen([sys.executable, "-c", "from gimbal_hil.surface.cli import main; main()", *words])
-        try:
-            station = Station(port)
-            station.hears("HEARTBEAT", lambda message: message.type == dialect.MAV_TYPE_GIMBAL)
-            watched = Watched(station)
-            session(watched, lambda: str(client.request("status")["status"]["host_state"]))
-            client.request("shut_down")
-            daemon.wait()
-            return watched
-        finally:
-            bridge.kill()
-            bridge.wait()
+    """A session through a bridge and a daemon of their own."""
+    with tempfile.TemporaryDirectory() as place, session(Path(place) / "run") as (station, daemon, client, _):
+        watched = Watched(station)
+        act(watched, lambda: str(client.request("status")["status"]["host_state"]))
+        client.request("shut_down")
+        daemon.wait()
+        return watched
 
 
 def main(out: Path) -> None:

@@ -114,6 +114,15 @@ def test_a_controller_without_heartbeats_is_gone_and_the_joints_are_stopped() ->
     assert late is not None and late[0].is_stop and one.controller == NOBODY
 
 
+def test_what_somebody_without_control_asks_for_leaves_no_trace() -> None:
+    one = gimbal()
+    one.take(pitch_yaw(0.1, 0.1), seen(), 0.0)
+    assert one.take(pitch_yaw(NAN, NAN, rates=(0.0, 0.2), sender=(77, 1)), seen(), 0.1).wish is None
+    one.take(heartbeat(), seen(), 1.0)
+    # neither the motion of who is in control ends, nor does the other one take over
+    assert one.overdue(1.5) is None and one.controller == STATION
+
+
 def test_who_was_stopped_for_its_silence_is_in_control_again_once_it_is_heard() -> None:
     one = gimbal()
     one.take(pitch_yaw(0.1, 0.1), seen(), 0.0)

@@ -3,87 +3,38 @@
 from __future__ import annotations
 
 import math
-import socket
-import subprocess
-import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from pymavlink.quaternion import QuaternionBase
 
-from tests.daemon.daemons import PATIENCE_S, RunningDaemon
-from tests.mavlink.parts import NAN, dialect, mavutil
+from tests.mavlink.parts import NAN, dialect
+from tests.mavlink.station import session
 
 pytestmark = pytest.mark.realtime
 
 
-class Station:
-    """A ground station on the other end of the link; `hears` answers the first message for which a test holds."""
-
-    def __init__(self, port: int) -> None:
-        self._link = mavutil.mavlink_connection(
-            f"udpout:127.0.0.1:{port}", source_system=255, source_component=190, dialect="common"
-        )
-        self.mav, self._next_s = self._link.mav, 0.0
-
-    def hears(self, kind: str, holds: Callable[[Any], bool] = lambda message: True, beating: bool = True) -> Any:
-        end = time.monotonic() + PATIENCE_S
-        while time.monotonic() < end:
-            if beating and time.monotonic() >= self._next_s:
-                self.mav.heartbeat_send(dialect.MAV_TYPE_GCS, 8, 0, 0, 4)
-                self._next_s = time.monotonic() + 0.2
-            message = self._link.recv_match(blocking=True, timeout=0.05)
-            if message is not None and message.get_type() == kind and holds(message):
-                return message
-        raise AssertionError(f"no {kind} for which it holds")
-
-    def points(self, pitch_deg: float, yaw_deg: float, flags: int = 0) -> int:
-        """Result of a command to look there."""
-        number = dialect.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW
-        self.mav.command_long_send(1, 154, number, 0, pitch_deg, yaw_deg, NAN, NAN, flags, 0, 0)
-        return int(self.hears("COMMAND_ACK").result)
-
-
 def test_a_session_of_a_ground_station(tmp_path: Path) -> None:
-    port = free_port()
-    with RunningDaemon(tmp_path / "run") as daemon:
-        client = daemon.client()
+    with session(tmp_path / "run") as (station, daemon, client, bridge):
+        assert station.points(10.0, 20.0) == dialect.MAV_RESULT_ACCEPTED
+
+        def looks_there(message: Any) -> bool:
+            _, pitch, yaw = QuaternionBase(list(message.q)).euler
+            return abs(pitch - math.radians(10.0)) < 0.01 and abs(yaw - math.radians(20.0)) < 0.01
+
+        station.hears("GIMBAL_DEVICE_ATTITUDE_STATUS", looks_there)
+        # beyond the travel of the inner joint: the daemon refuses, and goes on
+        assert station.points(80.0 + 90.0, 0.0) == dialect.MAV_RESULT_DENIED
+        assert client.request("status")["status"]["host_state"] == "active"
+        # a station that has gone
+        station.hears("GIMBAL_MANAGER_STATUS", lambda message: message.primary_control_sysid == 0, beating=False)
         daemon.until_state(client, "idle")
-        words = ["mavlink", str(daemon.run), "--link", f"udpin:127.0.0.1:{port}"]
-        bridge = subprocess.Popen([sys.executable, "-c", "from gimbal_hil.surface.cli import main; main()", *words])
-        try:
-            station = Station(port)
-            station.hears("HEARTBEAT", lambda message: message.type == dialect.MAV_TYPE_GIMBAL)
-            assert station.points(10.0, 20.0) == dialect.MAV_RESULT_ACCEPTED
-
-            def looks_there(message: Any) -> bool:
-                _, pitch, yaw = QuaternionBase(list(message.q)).euler
-                return abs(pitch - math.radians(10.0)) < 0.01 and abs(yaw - math.radians(20.0)) < 0.01
-
-            station.hears("GIMBAL_DEVICE_ATTITUDE_STATUS", looks_there)
-            # beyond the travel of the inner joint: the daemon refuses, and goes on
-            assert station.points(80.0 + 90.0, 0.0) == dialect.MAV_RESULT_DENIED
-            assert client.request("status")["status"]["host_state"] == "active"
-            # a station that has gone
-            station.hears("GIMBAL_MANAGER_STATUS", lambda message: message.primary_control_sysid == 0, beating=False)
-            daemon.until_state(client, "idle")
-            # heard again it may turn by rates, and the bridge dies in motion
-            station.hears("GIMBAL_DEVICE_ATTITUDE_STATUS")
-            station.mav.gimbal_manager_set_pitchyaw_send(1, 154, 0, 1, NAN, NAN, 0.0, 0.2)
-            daemon.until_state(client, "active")
-            bridge.kill()
-            daemon.until_state(client, "idle")
-            client.request("shut_down")
-            assert daemon.wait()[0] == 0
-        finally:
-            bridge.kill()
-            bridge.wait()
-
-
-def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as held:
-        held.bind(("127.0.0.1", 0))
-        return int(held.getsockname()[1])
+        # heard again it may turn by rates, and the bridge dies in motion
+        station.hears("GIMBAL_DEVICE_ATTITUDE_STATUS")
+        station.mav.gimbal_manager_set_pitchyaw_send(1, 154, 0, 1, NAN, NAN, 0.0, 0.2)
+        daemon.until_state(client, "active")
+        bridge.kill()
+        daemon.until_state(client, "idle")
+        client.request("shut_down")
+        assert daemon.wait()[0] == 0

@@ -23,6 +23,7 @@ from gimbal_hil.loop.control.layout import (
     EST_RATE,
     ESTIMATE,
     GYRO_LAG,
+    LAST_FEEDBACK,
     LOOP_ERROR,
     LOOP_REFERENCE,
     MOST_DELAY_TICKS,
@@ -55,7 +56,7 @@ def start_observing(position: float, rate: float, base_rate: float, step_s: floa
     H[h + EST_RATE] = rate - base_rate
     H[h + EST_POSITION] = position - step_s * H[h + EST_RATE]
     H[h + EST_DISTURBANCE], H[h + EST_OFFSET] = -net, 0.0
-    H[h + EST_GYRO], H[h + EST_GYRO_SLOPE] = rate, 0.0
+    H[h + EST_GYRO], H[h + EST_GYRO_SLOPE], H[h + LAST_FEEDBACK] = rate, 0.0, np.nan
     for k in range(MOST_DELAY_TICKS + 1):
         H[h + PENDING + k] = net
 

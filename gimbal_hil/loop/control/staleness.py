@@ -78,7 +78,9 @@ def judge_model(observed: bool, bodies: bool, H: np.ndarray, h: int, C: np.ndarr
         feedback = sent - H[h + DRAG] - H[h + MOVED_INERTIA] * H[h + SHAPED_ACCELERATION]
         change = feedback - H[h + LAST_FEEDBACK]
         H[h + LAST_FEEDBACK] = feedback
-        H[h + SHAKING] += C[c + SHAKING_SHARE] * (change * change - H[h + SHAKING])
+        # the first one of a motion has none before it
+        if change == change:
+            H[h + SHAKING] += C[c + SHAKING_SHARE] * (change * change - H[h + SHAKING])
         if H[h + SHAKING] > C[c + MOST_SHAKING]:
             return SHAKES
     if H[h + SEEN] < _LEAST_SEEN or H[h + TOLD] < C[c + LEAST_TOLD]:

@@ -92,6 +92,9 @@ class Gimbal:
             return _NOTHING
         if kind == "COMMAND_LONG":
             return self._command(message, sender, seen, now_s)
+        if not self._could(sender):
+            # what others ask for leaves no trace: no time until which rates hold, no place
+            return _NOTHING
         if kind in ("GIMBAL_DEVICE_SET_ATTITUDE", "GIMBAL_MANAGER_SET_ATTITUDE"):
             return self._followed(sender, now_s, self._attitude(message, seen, now_s))
         if kind == "GIMBAL_MANAGER_SET_PITCHYAW":
@@ -174,10 +177,13 @@ class Gimbal:
         if number == m.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW:
             if int(_or(message.param7, 0.0)) not in (0, DEVICE):
                 return _NOTHING
+            if not self._could(sender):
+                return Taken((self._ack(number, sender, m.MAV_RESULT_DENIED),))
             angles = [math.radians(value) for value in (message.param1, message.param2, message.param3, message.param4)]
             wish = self._pitch_yaw(int(_or(message.param5, 0.0)), angles, seen, now_s)
-            if not self._may(sender, now_s) or wish is None:
+            if wish is None:
                 return Taken((self._ack(number, sender, m.MAV_RESULT_DENIED),))
+            self._come_into_control(sender, now_s)
             return Taken(wish=wish, command=(number, sender))
         return Taken((self._ack(number, sender, m.MAV_RESULT_UNSUPPORTED),))
 
@@ -219,21 +225,27 @@ class Gimbal:
 
     # set-points -------------------------------------------------------------------------------------------------------
 
-    def _may(self, sender: Sender, now_s: float) -> bool:
-        """Whether the sender is in control, which it comes to be by its first command when nobody is."""
-        if self.controller == NOBODY and not self._is_silent(sender):
+    def _could(self, sender: Sender) -> bool:
+        """Whether what the sender asks for counts: of who is in control, or of the first one when nobody is."""
+        if self.controller == NOBODY:
+            return not self._is_silent(sender)
+        return sender in (self.controller, self._second)
+
+    def _come_into_control(self, sender: Sender, now_s: float) -> None:
+        """A request that is followed: by it somebody comes into control when nobody is."""
+        if self.controller == NOBODY:
             self.controller = sender
             self._heard_s[sender] = now_s
-        may = sender in (self.controller, self._second)
-        if may:
-            self._moved.add(self.controller)
-        return may
+        self._moved.add(self.controller)
 
     def _is_silent(self, sender: Sender) -> bool:
         return self._heard_s.get(sender) == -math.inf
 
     def _followed(self, sender: Sender, now_s: float, wish: Wish | None) -> Taken:
-        return Taken(wish=wish) if wish is not None and self._may(sender, now_s) else _NOTHING
+        if wish is None:
+            return _NOTHING
+        self._come_into_control(sender, now_s)
+        return Taken(wish=wish)
 
     def _attitude(self, message: Any, seen: Seen, now_s: float) -> Wish | None:
         flags = int(message.flags)
