@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from firmware_protocol import mail as m
@@ -20,12 +21,11 @@ DRIFT_ONLY = {"outer__expectation": None, "inner__expectation": None, "outer__li
 
 def _noise(loop: HostLoop) -> None:
     """A gyro with noise on both axes, the same every time."""
-    before = loop.antenna._move
+    before, dice = loop.antenna._move, np.random.default_rng(5)
 
     def move() -> None:
         before()
-        for axis in range(2):
-            loop.antenna.gyro_error[axis] = ((loop.number * 7919 + 31 * axis) % 41 - 20) * 1e-5
+        loop.antenna.gyro_error[:] = 1e-4 * dice.standard_normal(2)
 
     loop.antenna._move = move  # type: ignore[method-assign]
 
@@ -80,6 +80,17 @@ def test_a_gyro_with_noise_that_repeats_itself_is_stuck() -> None:
 
 def test_a_gyro_without_noise_may_repeat_itself() -> None:
     loop = HostLoop().connected().run(50).command(hold(Mode.RATE)).run(1000)
+    assert loop.host.state is HostState.ACTIVE, loop.texts()
+
+
+def test_a_quiet_gyro_of_an_axis_that_swings_on_its_bristles_may_repeat_itself() -> None:
+    loop = HostLoop().connected()
+    for k in range(300):
+        loop.antenna.gyro_error = [5e-4 * math.sin(0.05 * k)] * 2
+        loop.run(1)
+    assert all(loop.host.memory.H[layout.axis_h(axis) + layout.GYRO_STEP] > 0.0 for axis in range(2))
+    loop.antenna.gyro_error = [0.0, 0.0]
+    loop.command(hold(Mode.RATE, 0.2, 0.2)).run(1000)
     assert loop.host.state is HostState.ACTIVE, loop.texts()
 
 

@@ -115,11 +115,13 @@ AXIS_H = 49
     LATE_IMPULSE,
     LAST_RATE,
     LAST_JOINT_RATE,
+    LAST_RATE_CHANGE,  # of the gyro from sample to sample (rad/s), NaN where two did not follow each other
+    GYRO_STEP,  # smallest change of the gyro that was seen (rad/s), 0 before there was one
     CURVE,  # slope of SLOPE (rad/s^2), NaN where nobody knows it
     TEMPERATURE_HEARD,  # 1 once the drive told the motor's temperature
     PULL,  # of the body's expected weight about the axis, either way (N m)
-) = range(CONTROL_STATES, CONTROL_STATES + 27)
-AXIS_H_SIZE = CONTROL_STATES + 27
+) = range(CONTROL_STATES, CONTROL_STATES + 29)
+AXIS_H_SIZE = CONTROL_STATES + 29
 H_SIZE = AXIS_H + AXES * AXIS_H_SIZE
 
 # --- G: state
@@ -153,7 +155,7 @@ AXIS_G = 45
 MODE, OVERSPEED_COUNT, FOLLOWING_COUNT, DISAGREE_COUNT = range(4)
 HAS_BRAKE, BRAKE_STATE = range(4, 6)
 #: samples in a row in which gyro and encoder did not change; samples at rest without torque, and in how many of them
-#: the gyro changed; which soft limit the axis is beyond (-1, 0, 1)
+#: the gyro's noise was seen; which soft limit the axis is beyond (-1, 0, 1)
 GYRO_SAME, ENCODER_SAME, GYRO_QUIET_TICKS, GYRO_QUIET_CHANGES, OUTSIDE = range(6, 11)
 #: samples in a row that did not change under a torque that must move the axis; 1 once a position was heard, 2 since one
 #: came that the axis cannot have gone to

@@ -37,10 +37,12 @@ from gimbal_hil.loop.host.layout import (
     GYRO_QUIET_CHANGES,
     GYRO_QUIET_TICKS,
     GYRO_SAME,
+    GYRO_STEP,
     IMPULSE,
     LAST_JOINT_RATE,
     LAST_POSITION,
     LAST_RATE,
+    LAST_RATE_CHANGE,
     LAST_SEQUENCE,
     LATE_IMPULSE,
     LATE_S,
@@ -75,9 +77,9 @@ _JUMP_RAD, _JITTER_PERIODS, _JUMP_IN_SILENCE_RAD = 0.05, 2.0, 0.25
 _MOVED_AFTER_S = 0.1
 #: PLACE
 _HEARD, _JUMPED = 1, 2
-#: a gyro with noise is known by it: it changed in half of at least so many samples taken at rest without torque;
-#: counting ends
-_QUIET_LEAST, _QUIET_MOST = 10, 10000
+#: a gyro with noise is known by it: in half of at least so many samples taken at rest without torque it leaves the
+#: line through the two before by so many of its steps, as no axis that swings does; counting ends
+_QUIET_LEAST, _QUIET_MOST, _NOISE_STEPS = 10, 10000, 2.5
 #: a motor that turns the wrong way: how near the torque turned round must come to what was gained, by how much that has
 #: grown meanwhile, from which share of the allowance on, and in how many windows quiet is forgotten
 _NEAR, _GROWN, _EARLY, _QUIET_WINDOWS = 0.25, 8.0, 0.25, 10.0
@@ -120,6 +122,7 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
             H[h + DRIFT] = H[h + PATH] = 0.0
             _forget_momentum(H, h)
             G[g + GYRO_SAME] = G[g + ENCODER_SAME] = G[g + STILL_COUNT] = 0
+            H[h + LAST_RATE_CHANGE] = np.nan
         else:
             moved, turned = H[h + MEASURED_POSITION] - H[h + LAST_POSITION], 0.5 * (joint + H[h + LAST_JOINT_RATE]) * dt
             H[h + DRIFT] = drift_kept * H[h + DRIFT] + drift_new * (moved - turned)
@@ -141,10 +144,26 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
             still = moved == 0.0 and not changed and C[c + DISTURBANCE] > 0.0
             beyond = abs(_acting_torque(H, G, axis) + weights[axis]) * MOMENTUM_WINDOW_S > C[c + DISTURBANCE]
             G[g + STILL_COUNT] = G[g + STILL_COUNT] + 1 if still and beyond else 0
-            if G[g + MODE] == 0 and abs(rate) < C[c + REST_RATE] and G[g + GYRO_QUIET_TICKS] < _QUIET_MOST:
-                G[g + GYRO_QUIET_TICKS] += 1
-                G[g + GYRO_QUIET_CHANGES] += 1 if changed else 0
+            _watch_noise(H, G, C, axis, ticks)
         H[h + LAST_RATE], H[h + LAST_JOINT_RATE] = rate, joint
+
+
+@compiled
+def _watch_noise(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int, ticks: int) -> None:
+    """Count the samples at rest in which a gyro shows noise. That its rate changes is none: an axis that is let go
+    swings on its bristles, and a drive without noise then repeats itself at every constant rate.
+    """
+    h, c, g = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE, AXIS_G + axis * AXIS_G_SIZE
+    rate = H[h + MEASURED_RATE]
+    change = rate - H[h + LAST_RATE] if ticks == 1 else np.nan
+    size, bend = abs(change), abs(change - H[h + LAST_RATE_CHANGE])
+    if size > 0.0 and (H[h + GYRO_STEP] == 0.0 or size < H[h + GYRO_STEP]):
+        H[h + GYRO_STEP] = size
+    H[h + LAST_RATE_CHANGE] = change
+    if np.isnan(bend) or G[g + MODE] != 0 or abs(rate) >= C[c + REST_RATE] or G[g + GYRO_QUIET_TICKS] >= _QUIET_MOST:
+        return
+    G[g + GYRO_QUIET_TICKS] += 1
+    G[g + GYRO_QUIET_CHANGES] += 1 if bend > 0.0 and bend >= _NOISE_STEPS * H[h + GYRO_STEP] else 0
 
 
 @compiled
