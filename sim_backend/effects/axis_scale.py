@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Flag, auto
 
 #: shares of the samples below which `AxisScale.torque_levels` lie
@@ -63,6 +63,8 @@ class AxisScale:
     axis_index: int
     #: what the data of this axis has
     present: Need
+    #: what the model states of added physics, by (effect, parameter)
+    stated: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
     @property
     def travel(self) -> float:

@@ -21,7 +21,7 @@ from typing import Any
 from sim_backend.effects.axis_scale import AxisScale, Need
 from sim_backend.effects.default_search import default_profile, strengths
 from sim_backend.effects.parameter import Parameter
-from sim_backend.effects.search_profile import Knob, SearchProfile
+from sim_backend.effects.search_profile import Knob, Move, SearchProfile
 from sim_backend.effects.separating_runs import SeparatingRun
 
 
@@ -199,6 +199,16 @@ class Effect:
         """
         return tuple(strengths(self.parameters))
 
+    @property
+    def moves_in_place(self) -> bool:
+        """Whether a model that states it needs no second instance: with strengths alone, nothing about it differs but
+        how much of it there is.
+
+        Two instances are not their sum: of (1 + a sign v)(1 + b sign v) the level is 1 + ab, which another cause would
+        have to make up for.
+        """
+        return self.hook is not None and 0 < len(self.strengths) == len(self.parameters)
+
     def profile(self, scale: AxisScale) -> SearchProfile | None:
         """How it is searched on an axis, every knob within the parameters' bounds; None where the axis or its data
         cannot have it.
@@ -224,6 +234,13 @@ class Effect:
     def _bounded(self, knob: Knob, scale: AxisScale) -> Knob:
         for parameter in self.parameters:
             if parameter.name in knob.parameters:
-                base = scale.numbers[parameter.path] if parameter.path is not None else parameter.neutral
+                base = self._base(parameter, scale)
+                if parameter.path is None and knob.move is Move.ADD:
+                    knob = knob.beginning_at(base, parameter.neutral)
                 knob = knob.within(*self.bounds(parameter.name, base), base)
         return knob
+
+    def _base(self, parameter: Parameter, scale: AxisScale) -> float:
+        if parameter.path is not None:
+            return scale.numbers[parameter.path]
+        return scale.stated.get((self.name, parameter.name), parameter.neutral)

@@ -46,6 +46,8 @@ class Knob:
     nuisance: bool = False
     #: but for its upper bound, beyond which the effect is no longer what its name says
     named_up_to_high: bool = False
+    #: ADD: the coordinate at which the number does nothing; a model that states the effect begins elsewhere
+    nothing: float = 0.0
 
     @property
     def telling_ends(self) -> tuple[float, ...]:
@@ -59,6 +61,11 @@ class Knob:
         if self.move is Move.ADD:
             return value + self.size * x
         return (value if self.move is Move.FACTOR else self.size) * math.exp(x)
+
+    def beginning_at(self, base: float, neutral: float) -> Knob:
+        """The same knob, ADD, of a number that stands at `base` in place of neutral: bounds go on about neutral."""
+        nothing = (neutral - base) / self.size
+        return replace(self, low=self.low + nothing, high=self.high + nothing, nothing=nothing)
 
     def within(self, low: float, high: float, base: float) -> Knob:
         """The same knob, held where a number that stands at `base` stays between `low` and `high`."""

@@ -178,14 +178,52 @@ class AntennaModel:
                 axis, given, source, {path: stated[key] for key, path in paths.items() if key in stated}
             )
         document = copy.deepcopy(self.document)
-        entry: dict[str, Any] = {"name": name, "axis": axis}
-        for parameter in effect.parameters:
-            unit = parameter.linear_unit if self.is_linear and parameter.linear_unit else parameter.unit
-            value = parameters.get(parameter.name, parameter.neutral)
-            entry[parameter.name] = _written(value, unit, source, stated.get(parameter.name))
-        document.setdefault("effects", [])
-        document["effects"] = [*document["effects"], entry]
+        given = {p.name: parameters.get(p.name, p.neutral) for p in effect.parameters}
+        entry = {"name": name, "axis": axis} | self._entry(effect, given, source, stated)
+        document["effects"] = [*document.get("effects", []), entry]
         return model_from_document(document, self.where)
+
+    def with_strengths(
+        self, name: str, axis: str, parameters: Mapping[str, float], source: str | None = None
+    ) -> AntennaModel:
+        """A model in which an effect that the file states on an axis and that moves in place has other parameters;
+        where it states none, a model with it.
+        """
+        index = self._stated(name, axis)
+        if index is None:
+            return self.with_effect(name, axis, parameters, source)
+        document = copy.deepcopy(self.document)
+        document["effects"][index] |= self._entry(self.effects[index].effect, parameters, source, {})
+        return model_from_document(document, self.where)
+
+    def _entry(
+        self, effect: Effect, parameters: Mapping[str, float], source: str | None, uncertainties: Mapping[str, float]
+    ) -> dict[str, Any]:
+        """Parameters as a model file has them."""
+        found = {}
+        for parameter in effect.parameters:
+            if parameter.name in parameters:
+                unit = parameter.linear_unit if self.is_linear and parameter.linear_unit else parameter.unit
+                found[parameter.name] = _written(
+                    parameters[parameter.name], unit, source, uncertainties.get(parameter.name)
+                )
+        return found
+
+    def own_instance(self, name: str, axis: str) -> int | None:
+        """Place, among the instances that the plant has, of an effect that the file states on an axis and that moves in
+        place; None where there is none.
+        """
+        index = self._stated(name, axis)
+        return None if index is None else sum(not entry.effect.is_number for entry in self.effects[:index])
+
+    def _stated(self, name: str, axis: str) -> int | None:
+        """Index in `effects` of the same."""
+        found = (
+            index
+            for index, entry in enumerate(self.effects)
+            if (entry.effect.name, entry.axis) == (name, axis) and entry.effect.moves_in_place
+        )
+        return next(found, None)
 
     def with_law(self, entry: Mapping[str, Any]) -> AntennaModel:
         """A model with one more law of its own: an entry of `effects:` with a `kind`."""

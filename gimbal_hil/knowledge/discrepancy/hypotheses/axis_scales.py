@@ -31,6 +31,12 @@ def axis_scale(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> A
         axis_count=len(model.axes),
         axis_index=i,
         present=present_in(model, axis, records),
+        stated={
+            (entry.effect.name, parameter.name): entry.value(parameter.name)
+            for entry in reversed(model.effects)
+            if entry.axis == axis and entry.effect.moves_in_place
+            for parameter in entry.effect.parameters
+        },
     )
 
 

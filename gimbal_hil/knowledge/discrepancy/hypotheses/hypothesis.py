@@ -53,7 +53,7 @@ class Cause:
         for knob, x in zip(self.family.knobs, self.x, strict=True):
             close = _NEAR * min(knob.high - knob.low, 1.0)
             from_nothing = knob.move is Move.ADD and strengths.issuperset(knob.parameters)
-            ends = [end for end in knob.telling_ends if end != 0.0 or not from_nothing]
+            ends = [end for end in knob.telling_ends if end != knob.nothing or not from_nothing]
             if knob.low < knob.high and any(abs(x - end) <= close for end in ends):
                 found += knob.parameters or (knob.along or "",)
         return tuple(found)
@@ -253,7 +253,8 @@ def values_of(
     for j, parameter in enumerate(CATALOGUE[effect].parameters):
         if parameter.path is None:
             if any(parameter.name in knob.parameters for knob in cause.family.knobs):
-                found[parameter.name] = float(P[offset + j]), None
+                own = model.own_instance(effect, axis)
+                found[parameter.name] = float(P[offset + j]), None if own is None else float(structure.P[offset + j])
         else:
             path = model.number_path(axis, parameter.path)
             nominal = model.number(axis, path)

@@ -100,14 +100,17 @@ class Twin:
         return tuple(found)
 
     def structure(self, effects: Sequence[tuple[str, str]]) -> Structure:
-        """Arrays of the model with these (effect, axis) appended, neutral."""
+        """Arrays of the model with these (effect, axis) appended, neutral; of what the model states itself and moves in
+        place, that instance.
+        """
         key = tuple(effects)
         if key not in self._structures:
             model = self.model
             own = len([entry for entry in model.effects if not entry.effect.is_number])
-            added = [(name, axis) for name, axis in key if not CATALOGUE[name].is_number]
-            for name, axis in added:
-                model = model.with_effect(name, axis, {})
+            own_at = {label: self.model.own_instance(*label) for label in key}
+            for name, axis in key:
+                if not CATALOGUE[name].is_number and own_at[name, axis] is None:
+                    model = model.with_effect(name, axis, {})
             present = [CATALOGUE[name] for name, _ in key] + [entry.effect for entry in model.effects]
             period_s = self.records[0].bands.period_s
             steps = max([effect.fine_steps for effect in present], default=1) * max(
@@ -118,14 +121,16 @@ class Twin:
             for i in range(len(model.axes)):
                 block = layout.axis_block(i)
                 P[block + layout.GYRO_NOISE] = P[block + layout.GYRO_STEP] = P[block + layout.STOP_STIFFNESS] = 0.0
-            offsets = iter(
-                range(
-                    layout.EFFECT_PARAMETERS + own * layout.PARAMETERS_PER_INSTANCE,
-                    len(P),
-                    layout.PARAMETERS_PER_INSTANCE,
-                )
+            instances = range(layout.EFFECT_PARAMETERS, len(P), layout.PARAMETERS_PER_INSTANCE)
+            appended = iter(instances[own:])
+            places = tuple(
+                -1
+                if CATALOGUE[label[0]].is_number
+                else next(appended)
+                if (at := own_at[label]) is None
+                else instances[at]
+                for label in key
             )
-            places = tuple(-1 if CATALOGUE[name].is_number else next(offsets) for name, _ in key)
             ringing = frozenset(entry.axis for entry in model.effects if entry.effect.rings_on_encoder_noise)
             hooks = tuple(
                 (entry.effect.name, model.axes.index(entry.axis))

@@ -27,7 +27,7 @@ def explained_by(model: AntennaModel, twin: Twin, hypothesis: Hypothesis) -> Ant
     for index, (effect, axis) in enumerate(hypothesis.labels):
         values = {name: value for name, (value, _) in values_of(model, twin, hypothesis, index).items()}
         if not CATALOGUE[effect].is_number:
-            changed = changed.with_effect(effect, axis, values)
+            changed = changed.with_strengths(effect, axis, values)
         for parameter in CATALOGUE[effect].parameters:
             if parameter.path is not None and parameter.name in values:
                 numbers[axis, model.number_path(axis, parameter.path)] = values[parameter.name]
