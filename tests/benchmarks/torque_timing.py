@@ -1,7 +1,8 @@
 """Do the intervals of a regression hold the truth when torque and position were not logged at the same time?
 
 A joint by exact inverse dynamics (nothing of the product in it) on fresh trajectories; its torque is logged late,
-sampled, behind a low-pass, or beside positions that are refreshed every fifth row; or the joint cogs.
+sampled, behind a low-pass, or beside positions that are refreshed every fifth row; or the joint cogs; or columns were
+smoothed to both sides before they were saved.
 
     python -m tests.benchmarks.torque_timing --repeats 20 held late1 late5 sampled low_pass second_order refreshed
 """
@@ -11,7 +12,7 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
-from scipy.signal import butter, lfilter
+from scipy.signal import butter, filtfilt, lfilter, savgol_filter
 
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.data.signals.refreshed import on_refreshed_rows
@@ -21,7 +22,8 @@ TRUE = {"inertia": 0.02, "viscous": 0.02, "coulomb": 0.05, "offset": 0.0}
 RATE_HZ, SECONDS, FINE = 500.0, 30.0, 10
 STEP, NOISE = 2.0 * np.pi / 65536, 1e-3
 KINDS = ("held", "late1", "late2", "late3", "late5", "sampled", "low_pass", "second_order", "refreshed", "cogging",
-         "cogging_late5")  # fmt: skip
+         "cogging_late5", "smoothed_5hz", "smoothed_10hz", "mean_50ms", "mean_100ms", "savgol", "both_5hz",
+         "position_5hz", "cogging_smoothed_5hz")  # fmt: skip
 #: cogging as large as the Coulomb level, drawn order
 COGGING = 0.05
 
@@ -60,8 +62,27 @@ def logged(kind: str, seed: int) -> SignalsTable:
     position = np.round(motion(time)[0] / STEP) * STEP
     if kind == "refreshed":
         position = position[np.arange(n) // 5 * 5]
-    columns = {"joint.torque": column + random.normal(0.0, NOISE, n), "joint.position": position}
+    if kind.startswith(("both", "position")):
+        position = smoothed(position, 5.0)
+    columns = {"joint.torque": _saved(kind, column + random.normal(0.0, NOISE, n)), "joint.position": position}
     return on_refreshed_rows(SignalsTable.of(("joint",), time, columns, None, f"{kind} {seed}"))
+
+
+def smoothed(values: np.ndarray, hertz: float) -> np.ndarray:
+    """Behind a filter of second order forwards and backwards."""
+    return np.asarray(filtfilt(*butter(2, hertz / (0.5 * RATE_HZ)), values))
+
+
+def _saved(kind: str, torque: np.ndarray) -> np.ndarray:
+    """The torque as somebody saved it."""
+    if kind.endswith("5hz") and not kind.startswith("position"):
+        return smoothed(torque, 5.0)
+    if kind == "smoothed_10hz":
+        return smoothed(torque, 10.0)
+    if kind.startswith("mean"):
+        rows = 25 if kind == "mean_50ms" else 51
+        return np.convolve(np.pad(torque, rows // 2, mode="edge"), np.full(rows, 1.0 / rows), "valid")
+    return savgol_filter(torque, 51, 3) if kind == "savgol" else torque
 
 
 def main() -> None:
@@ -73,11 +94,12 @@ def main() -> None:
     asked = parser.parse_args()
     for kind in asked.kinds:
         held = dict.fromkeys(TRUE, 0)
-        error, width, late = [], [], []
+        error, width, late, told = [], [], [], 0
         for seed in range(asked.seed, asked.seed + asked.repeats):
             table = logged(kind, seed)
             rule = RigidAxisRule(min(20.0, 0.05 / table.period_s))
             fit = fit_rigid_axis(table.time_s, table.position("joint"), table.torque("joint"), rule)
+            told += bool(fit.smoothed)
             for one in fit.estimates:
                 held[one.name] += one.interval.covers(TRUE[one.name])
             viscous = next(one for one in fit.estimates if one.name == "viscous")
@@ -86,7 +108,8 @@ def main() -> None:
             late.append(1e3 * fit.timing.late_s)
         print(
             f"{kind}: {held} of {asked.repeats}; viscous {100 * np.median(error):+.2f} %, half width "
-            f"{100 * np.median(width):.2f} %; torque {np.median(late):.3f} ms late",
+            f"{100 * np.median(width):.2f} %; torque {np.median(late):.3f} ms late; "
+            f"smoothed in {told}",
             flush=True,
         )
 

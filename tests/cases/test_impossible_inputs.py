@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import butter, filtfilt
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.preflight import preflight, questioned
@@ -180,6 +181,7 @@ REFUSED: dict[str, Case] = {
     ),
     "milliseconds for seconds": lambda: (at_times(1e3 * LOG.time, ".0f"), (), "usual for milliseconds"),
     "nanoseconds for seconds": lambda: (at_times(1e9 * LOG.time, ".0f"), (), "usual for nanoseconds"),
+    "minutes for seconds": lambda: (at_times(LOG.time / 60.0, ".9f"), (), "seems to be in minutes: up to row"),
     "numbers of rows for seconds": lambda: (at_times(np.arange(ROWS), ".0f"), (), "numbers of rows"),
     "backwards": lambda: (
         "\n".join([LINES[0], *LINES[:0:-1]]) + "\n",
@@ -336,6 +338,10 @@ WITHIN: dict[str, Callable[[], JointLog]] = {
     "torque of two rows before": lambda: LOG.but(torque=np.roll(LOG.torque, 2)),
     "torque of a clock that drifts": lambda: LOG.but(torque=np.interp(1.002 * LOG.time, LOG.time, LOG.torque)),
     "20 torques lost to zero": lambda: LOG.but(torque=np.where(np.isin(np.arange(ROWS), SOME), 0.0, LOG.torque)),
+    "torque filtered both ways": lambda: LOG.but(torque=filtfilt(*butter(2, 5.0 / 250.0), LOG.torque)),
+    "both columns filtered both ways": lambda: LOG.but(
+        torque=filtfilt(*butter(2, 10.0 / 250.0), LOG.torque), position=filtfilt(*butter(2, 10.0 / 250.0), LOG.position)
+    ),
     "only the size of the torque": lambda: LOG.but(torque=np.abs(LOG.torque)),
     "its sign turns in the middle": lambda: LOG.but(torque=np.where(LATER, -LOG.torque, LOG.torque)),
 }

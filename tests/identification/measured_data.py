@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gimbal_hil.knowledge.identification import Plateau, PreslidingRun, find_steady_window
-from gimbal_hil.knowledge.identification.rigid_axis import centred_torque
+from gimbal_hil.knowledge.identification.axis_motion import centred_torque
 from tests.rigs.data import data_folder
 from tests.rigs.dd2dof import GRAVITY, INERTIA, arm_signals, sliding_rows
 from tests.rigs.emps import emps_signals

@@ -20,7 +20,7 @@ from gimbal_hil.knowledge.identification import (
     fit_static,
     measure_velocity_map,
 )
-from gimbal_hil.knowledge.identification.rigid_axis import centred_torque
+from gimbal_hil.knowledge.identification.axis_motion import centred_torque
 from tests.identification.one_axis_rig import (
     ENCODER_STEP,
     OUTER,

@@ -44,11 +44,11 @@ def test_a_strangers_table_is_read_in_si_units(tmp_path: Path, decimal: str, bet
     ("unit", "factor"),
     [
         ("", math.pi / 180.0),
-        ("rad", 1.0),
+        ("1*rad", 1.0),
         ("-deg", -math.pi / 180.0),
         ("°", math.pi / 180.0),
         ("turn/8192", math.tau / 8192.0),
-        ("rev", math.tau),
+        ("1*rev", math.tau),
         ("0.5*mrad", 0.5e-3),
         ("-2e1 arcsec", -20.0 * math.pi / 648_000.0),
         ("0.25", 0.25),

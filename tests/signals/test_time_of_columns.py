@@ -55,6 +55,17 @@ def test_rows_of_a_clock_with_too_few_digits_are_counted_and_none_is_left_out(
     assert any("none was left out" in note for note in table.notes)
 
 
+@pytest.mark.parametrize("start", [0.0, 0.3, 0.998])
+def test_a_clock_of_whole_seconds_tells_its_rate_to_a_row(tmp_path: Path, start: float) -> None:
+    count = 6000
+    stamps = np.floor(start + np.arange(count) / 500.0)
+    rows = [f"{t:.0f},{0.1 * np.sin(k / 90):.6f},{np.sin(k / 300):.6f}" for k, t in enumerate(stamps)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["time_s,joint.torque,joint.position", *rows]) + "\n")
+    with pytest.raises(BadInputError, match=r"about 500 Hz .*--rate 500 counts"):
+        read(path)
+
+
 def test_stamps_that_say_nothing_need_the_rate_and_are_counted_with_it(tmp_path: Path) -> None:
     path = log(tmp_path / "log.csv", ["1.73234e+09"] * ROWS)
     for repair in ({}, {"resample": True}, {"drop_invalid": True}):

@@ -90,6 +90,10 @@ def test_a_table_is_read_however_it_was_written(tmp_path: Path, form: str) -> No
         lambda t: f"29.02.2024 23:59:{59 + t:09.6f}" if t < 1.0 else f"01.03.2024 00:00:{t - 1:09.6f}",
         lambda t: f"23:59:{59 + t:09.6f}" if t < 1.0 else f"00:00:{t - 1:09.6f}",
         lambda t: f"0 days 00:00:{t:09.6f}",
+        lambda t: f"2/29/2024 11:59:{59 + t:09.6f} AM" if t < 1.0 else f"2/29/2024 12:00:{t - 1:09.6f} PM",
+        lambda t: f"11:59:{59 + t:09.6f} p.m." if t < 1.0 else f"12:00:{t - 1:09.6f} a.m.",
+        lambda t: f"12:59:{59 + t:09.6f}" if t < 1.0 else f"01:00:{t - 1:09.6f}",
+        lambda t: f"59:{59 + t:09.6f}" if t < 1.0 else f"00:{t - 1:09.6f}",
     ],
 )
 def test_dates_and_times_of_day_count_from_the_first(tmp_path: Path, stamp: Callable[[float], str]) -> None:
@@ -186,12 +190,27 @@ def test_units_in_the_header_count_where_none_is_given(tmp_path: Path) -> None:
     assert np.allclose(table.position("joint"), np.radians(Q), atol=1e-6)
     assert np.allclose(table.torque("joint"), 1e-3 * U, atol=1e-6)
     assert "joint.position is in deg, as the file says" in table.notes
-    assert np.allclose(read(path, text, (*words[:2], "joint.position=q [deg]:rad")).position("joint"), Q, atol=1e-6)
+    assert np.allclose(read(path, text, (*words[:2], "joint.position=q [deg]:1*rad")).position("joint"), Q, atol=1e-6)
     below = whole([",".join(HEADER), "[s],[Nm],[°]", *lines()[1:]])
     assert np.allclose(read(path, below).position("joint"), np.radians(Q), atol=1e-6)
     counts = whole([*lines(header=("t [s]", "tau (mNm)", "q [counts]"))])
     with pytest.raises(BadInputError, match=r"'counts', which the file says, is no unit for joint\.position"):
         read(path, counts, (*words[:2], "joint.position=q [counts]"))
+
+
+def test_a_unit_that_contradicts_the_header_is_refused_unless_it_is_insisted_on(tmp_path: Path) -> None:
+    text = whole(lines(header=("t [s]", "tau [N m]", "angle [deg]")))
+    words = ("time_s=t [s]", "joint.torque=tau [N m]")
+    with pytest.raises(
+        BadInputError, match=r"angle \[deg\]:rad: contradicts the file, which says 'deg'.*:1\*rad to insist"
+    ):
+        read(tmp_path / "log.csv", text, (*words, "joint.position=angle [deg]:rad"))
+    with pytest.raises(BadInputError, match="contradicts the file, which says 's'"):
+        read(tmp_path / "log.csv", text, ("time_s=t [s]:min", *words[1:], "joint.position=angle [deg]"))
+    asked = read(tmp_path / "log.csv", text, (*words, "joint.position=angle [deg]:1*rad"))
+    assert np.allclose(asked.position("joint"), Q, atol=1e-6)
+    mirrored = read(tmp_path / "log.csv", text, (*words, "joint.position=angle [deg]:-degrees"))
+    assert np.allclose(mirrored.position("joint"), -np.radians(Q), atol=1e-6)
 
 
 def test_where_the_clock_starts_again_the_longest_part_is_kept(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.preflight.channels import ChannelEquation, channels_of, in_blocks
+from gimbal_hil.data.preflight.energy import impossible_energy
 from gimbal_hil.data.preflight.readings import OtherReading, in_amperes, other_readings
 from gimbal_hil.data.signals import SignalsTable
 from sim_backend.model import AntennaModel
@@ -51,6 +52,7 @@ def preflight(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> None:
     if misread is None:
         for table in tables:
             _check_attitude(table)
+            _check_energy(model, table)
         return
     found, which = misread
     where = ", ".join(dict.fromkeys(table.source or "log" for table in which))
@@ -79,6 +81,23 @@ def _check_attitude(table: SignalsTable) -> None:
             f"reaches {most:.3g}, and no pitch is beyond a quarter turn: it seems to be in degrees",
             "radians, for roll and yaw too, and rad/s for rates",
         )
+
+
+def _check_energy(model: AntennaModel, table: SignalsTable) -> None:
+    """Raise BadInputError for a motion that has far more energy than its torque and weight can have given it."""
+    found = impossible_energy(model, table)
+    if found is None:
+        return
+    at = f"row {found.row + 1} at {table.time_s[found.row]:.6g}"
+    why = (
+        f"up to {at} the axis gains {found.gained:.3g} J, where torque and weight can have given it {found.given:.2g} J"
+    )
+    unit = found.time_unit
+    raise BadInputError(
+        f"{table.source or 'log'}: time_s" + ("" if unit else f", {found.axis}.position, {found.axis}.torque"),
+        f"{'seems to be in ' + unit if unit else 'seem to be in other units'}: {why}",
+        "seconds, or --column time_s=COLUMN:UNIT" if unit else "seconds, radians and N m, or --column NAME=COLUMN:UNIT",
+    )
 
 
 def misreading(

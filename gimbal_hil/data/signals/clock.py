@@ -88,10 +88,13 @@ def _counted(time_s: NDArray[np.float64]) -> NDArray[np.float64] | None:
     resolution = float(np.median(np.diff(stamps)))
     if float(np.ptp(off)) > _STRAIGHT * resolution or slope <= 0.0:
         return None
-    # a period that prints short is the one that was set: the nearest whole number of rows to a number of stamps
-    per_stamp = resolution / slope
-    whole = round(per_stamp)
-    if whole >= 1 and abs(per_stamp - whole) * len(stamps) < whole:
+    # a stamp changes within one row, so that between two changes the period is known to a row over all between
+    first, last = np.flatnonzero(np.diff(time_s) > 0.0)[[0, -1]] + 1
+    spanned, between = float(time_s[last] - time_s[first]), int(last - first)
+    slope = spanned / between
+    # and a period that prints short is the one that was set: a whole number of rows to a stamp
+    whole = round(resolution / slope)
+    if whole >= 1 and spanned / (between + 1) <= resolution / whole <= spanned / (between - 1):
         slope = resolution / whole
     return np.asarray(slope * places)
 

@@ -22,6 +22,8 @@ _PARTS = {
     "ns": re.compile(r"(?:^|[._])(?:nano_?se?cs?|nanoseconds|nsecs?|ns)$", re.IGNORECASE),
     "us": re.compile(r"(?:^|[._])(?:micro_?se?cs?|microseconds|usecs?|us)$", re.IGNORECASE),
 }
+#: sizes of units that differ by less are one
+_SAME_SIZE = 1e-6
 _NUMBER = r"\d+(?:\.\d*)?(?:[eE][+-]?\d+)?"
 _UNIT = re.compile(rf"(?P<sign>-?)(?:(?P<times>{_NUMBER})\*?)?(?P<unit>[^\d].*?)?(?:/(?P<over>{_NUMBER}))?")
 
@@ -78,7 +80,10 @@ class ColumnMap:
         for name, terms in split.items():
             for term in terms:
                 raw.require_certain(term.column)
-            values[name] = _summed(raw, name, terms, unit_of(name, axes if linear else ()))
+            si = unit_of(name, axes if linear else ())
+            if len(terms) == 1:
+                _require_agreement(name, terms[0], si, raw.units)
+            values[name] = _summed(raw, name, terms, si)
             texts[name] = {row: text for term in terms for row, text in raw.texts[term.column].items()}
         called = {name: "+".join(term.column for term in terms) for name, terms in split.items()}
         stated = [f"{name} is in {raw.units[terms[0].column]}, as the file says" for name, terms in split.items() if (
@@ -106,6 +111,21 @@ class ColumnMap:
                 f"--column {name}={source}", f"a signals table has no column {name!r}", hint + ", ".join(allowed)
             )
         return terms_of(without_time(source, known)[0], known)
+
+
+def _require_agreement(name: str, term: Term, si: str, stated: Mapping[str, str]) -> None:
+    """Raise BadInputError where another unit is said than the one that the file states, and no factor with it."""
+    written = stated.get(term.column, "")
+    match = _UNIT.fullmatch(term.unit)
+    if not term.unit or not written or match is None or match["times"] or match["over"]:
+        return
+    here, there = unit_size(match["unit"], si), unit_size(written, si)
+    if here is not None and there is not None and abs(here[0] - there[0]) > _SAME_SIZE * there[0]:
+        raise BadInputError(
+            f"--column {name}={term.column}:{term.unit}",
+            f"contradicts the file, which says {written!r}",
+            f"{name}={term.column} for what the file says, or {name}={term.column}:1*{match['unit']} to insist",
+        )
 
 
 def _not_there(raw: RawColumns, name: str, source: str) -> BadInputError:

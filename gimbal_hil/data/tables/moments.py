@@ -9,22 +9,27 @@ import numpy as np
 
 from gimbal_hil.data.tables.raw import EMPTY_WORDS, Floats
 
-_CLOCK = r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2}(?:[.,]\d+)?))?"
+_CLOCK = r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2}(?:[.,]\d+)?))?(?:\s*(?P<half>[AaPp])\.?\s?[Mm]\.?)?"
 _ZONE = r"\s*(?:Z|UTC|[+-]\d{2}:?\d{2})?"
 _YEAR_FIRST = re.compile(rf"(?P<y>\d{{4}})[-/.](?P<mo>\d{{1,2}})[-/.](?P<d>\d{{1,2}})(?:[T ]\s*{_CLOCK})?{_ZONE}")
 _YEAR_LAST = re.compile(rf"(?P<d>\d{{1,2}})[./](?P<mo>\d{{1,2}})[./](?P<y>\d{{4}})(?:[T ,]\s*{_CLOCK})?{_ZONE}")
 _SPAN = re.compile(rf"(?:(?P<days>-?\d+) days?,?\s*)?\+?{_CLOCK}")
-_DAY_S = 86_400.0
+#: what spreadsheets show of a time with parts of a second
+_IN_AN_HOUR = re.compile(r"(?P<m>\d{1,2}):(?P<s>\d{2}[.,]\d+)")
+_HOUR_S, _DAY_S = 3600.0, 86_400.0
+#: clocks begin again after a day, half a day (those that say no AM or PM) or an hour; stamps fall by that, but for the
+#: time between two rows
+_ROUNDS_S, _BETWEEN_ROWS_S = (_DAY_S, 0.5 * _DAY_S, _HOUR_S), 60.0
 
 
 def seconds_of(cells: Sequence[str | None]) -> Floats | None:
-    """Seconds (n,) from the first cell, NaN for an empty one; None where a cell is no moment. Times of day go on past
-    midnight.
+    """Seconds (n,) from the first cell, NaN for an empty one; None where a cell is no moment. Times of a clock go on
+    past the end of its day, half a day without AM and PM, or hour.
     """
     first = next((cell for cell in cells if not _is_empty(cell)), None)
     if first is None:
         return None
-    form = next((one for one in (_YEAR_FIRST, _YEAR_LAST, _SPAN) if one.fullmatch(first.strip())), None)
+    form = next((one for one in (_YEAR_FIRST, _YEAR_LAST, _SPAN, _IN_AN_HOUR) if one.fullmatch(first.strip())), None)
     if form is None:
         return None
     day_of_first: np.datetime64 | None = None
@@ -36,21 +41,42 @@ def seconds_of(cells: Sequence[str | None]) -> Floats | None:
         if match is None:
             return None
         part = match.groupdict()
-        seconds = 3600.0 * int(part["h"] or 0) + 60.0 * int(part["m"] or 0)
-        seconds += float((part["s"] or "0").replace(",", "."))
-        if form is not _SPAN:
+        hour = _hour(part)
+        if hour is None:
+            return None
+        seconds = _HOUR_S * hour + 60.0 * int(part["m"] or 0) + float((part["s"] or "0").replace(",", "."))
+        if form in (_YEAR_FIRST, _YEAR_LAST):
             day = _day(part)
             if day is None:
                 return None
             day_of_first = day if day_of_first is None else day_of_first
             seconds += _DAY_S * float((day - day_of_first) / np.timedelta64(1, "D"))
-        elif part["days"]:
+        elif part.get("days"):
             seconds += _DAY_S * int(part["days"])
         found[row] = seconds
-    if form is _SPAN and "day" not in first:
+    if "day" not in first:
         good = np.isfinite(found)
-        found[good] += _DAY_S * np.concatenate(([0.0], np.cumsum(np.diff(found[good]) < -0.5 * _DAY_S)))
+        found[good] += _gone_on(found[good])
     return found - found[np.isfinite(found)][0]
+
+
+def _hour(part: dict[str, str | None]) -> int | None:
+    """Hours since midnight; None for one that no clock with AM and PM shows."""
+    hour = int(part.get("h") or 0)
+    if not part.get("half"):
+        return hour
+    if not 1 <= hour <= 12:
+        return None
+    return hour % 12 + 12 * (str(part["half"]).lower() == "p")
+
+
+def _gone_on(seconds: Floats) -> Floats:
+    """What is to be added to each, (n,), so that the time goes on where a clock begins again."""
+    falls = -np.diff(seconds)
+    added = np.zeros(len(falls))
+    for around in _ROUNDS_S:
+        added[(falls <= around) & (falls > around - _BETWEEN_ROWS_S)] = around
+    return np.concatenate(([0.0], np.cumsum(added)))
 
 
 def seconds_of_array(values: np.ndarray) -> Floats:

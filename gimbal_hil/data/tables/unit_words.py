@@ -15,7 +15,7 @@ from typing import Any
 _TURN, _POUND, _INCH, _KILOPOND = 2.0 * math.pi, 4.4482216152605, 0.0254, 9.80665
 #: SI unit -> what else may be written for it, and its size in that unit
 UNITS: Mapping[str, Mapping[str, float]] = {
-    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0},
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86_400.0},
     "rad": {
         "rad": 1.0,
         "mrad": 1e-3,
@@ -62,6 +62,13 @@ _SPELLINGS: Mapping[str, str] = {
     "nanosec": "ns",
     "minute": "min",
     "minutes": "min",
+    "mins": "min",
+    "hour": "h",
+    "hours": "h",
+    "hr": "h",
+    "hrs": "h",
+    "day": "d",
+    "days": "d",
     "degree": "deg",
     "degrees": "deg",
     "radian": "rad",

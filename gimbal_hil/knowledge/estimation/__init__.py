@@ -2,6 +2,7 @@
 
 from gimbal_hil.knowledge.estimation.blocks import Paired, block_sums, decorrelation_rows, paired
 from gimbal_hil.knowledge.estimation.bounded_fit import BoundedFit, bounded_fit
+from gimbal_hil.knowledge.estimation.smoothing import Smoothing, SmoothingShape
 from gimbal_hil.knowledge.estimation.time_shift import ShiftedFit, ShiftedProblem, fit_at, fit_shifted
 
 __all__ = [
@@ -9,6 +10,8 @@ __all__ = [
     "Paired",
     "ShiftedFit",
     "ShiftedProblem",
+    "Smoothing",
+    "SmoothingShape",
     "block_sums",
     "bounded_fit",
     "decorrelation_rows",

@@ -8,6 +8,7 @@ from gimbal_hil.knowledge.identification.axis_identification import (
     identify_axis,
     numbers_of_motion,
 )
+from gimbal_hil.knowledge.identification.axis_motion import RigidAxisRule, centred_torque
 from gimbal_hil.knowledge.identification.axis_response import AxisRecord, simulate_axis
 from gimbal_hil.knowledge.identification.consistency import (
     BreakAway,
@@ -36,7 +37,7 @@ from gimbal_hil.knowledge.identification.over_temperature_page import over_tempe
 from gimbal_hil.knowledge.identification.pages import identification_page, identification_record
 from gimbal_hil.knowledge.identification.presliding import PreslidingFit, PreslidingRun, fit_presliding
 from gimbal_hil.knowledge.identification.reading import read_logs
-from gimbal_hil.knowledge.identification.rigid_axis import RigidAxisFit, RigidAxisRule, centred_torque, fit_rigid_axis
+from gimbal_hil.knowledge.identification.rigid_axis import RigidAxisFit, fit_rigid_axis
 from gimbal_hil.knowledge.identification.segments import Stretch, TorqueSource, stretches_of_run, stretches_of_table
 from gimbal_hil.knowledge.identification.sliding import MapHalf, StaticFit, fit_static
 from gimbal_hil.knowledge.identification.steadiness import SteadyRule, SteadyWindow, find_steady_window

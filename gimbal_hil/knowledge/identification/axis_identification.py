@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
+from gimbal_hil.knowledge.identification.axis_motion import regression_rule
 from gimbal_hil.knowledge.identification.axis_response import AxisRecord
 from gimbal_hil.knowledge.identification.consistency import (
     BreakAway,
@@ -32,12 +33,13 @@ from gimbal_hil.knowledge.identification.presliding import (
     PreslidingRun,
     fit_presliding,
 )
-from gimbal_hil.knowledge.identification.rigid_axis import RigidAxisFit, fit_rigid_axis, regression_rule
+from gimbal_hil.knowledge.identification.rigid_axis import RigidAxisFit, fit_rigid_axis
 from gimbal_hil.knowledge.identification.rigid_load import axis_load
 from gimbal_hil.knowledge.identification.segments import TorqueSource
 from gimbal_hil.knowledge.identification.sliding import LEAST_POINTS, MapHalf, StaticFit, fit_static
 from gimbal_hil.knowledge.identification.stiffness import disagreement, doubted, with_own_error
 from gimbal_hil.knowledge.identification.stribeck import LUGRE_NAMES, LUGRE_UNITS, LugreFriction, StaticFriction
+from gimbal_hil.knowledge.identification.torque_scale import scale_findings
 from gimbal_hil.knowledge.identification.velocity_map import VelocityMap, measure_velocity_map
 from sim_backend.model import AntennaModel
 
@@ -137,6 +139,9 @@ def identify_axis(
     findings += disagreeing
     if rigid[0] is not None:
         findings += rigid[0].timing.findings(axis)
+        findings += [smoothed.finding(axis) for smoothed in rigid[0].smoothed[:1]]
+        table = _longest(logs).table
+        findings += scale_findings(axis_load(table, model, axis), table, model, axis, estimates)
         findings += [ripple.finding(axis, model.is_linear) for ripple in rigid[0].ripples]
     found = AxisIdentification(
         axis=axis,
@@ -246,7 +251,7 @@ def _rigid(logs: Sequence[Log], model: AntennaModel, axis: str) -> tuple[RigidAx
     """Regression of a single axis over its longest log, gravity taken out, symmetric and per direction; None when it
     hardly moves.
     """
-    longest = max(logs, key=lambda one: len(one.table))
+    longest = _longest(logs)
     table = longest.table
     position = table.position(axis)
     if len(table) < _LEAST_REGRESSION_ROWS or np.ptp(position) <= 100.0 * model.number(axis, "encoder.step"):
@@ -254,11 +259,14 @@ def _rigid(logs: Sequence[Log], model: AntennaModel, axis: str) -> tuple[RigidAx
     load = axis_load(table, model, axis)
     rule = regression_rule(table.period_s, axis in longest.time_stated)
     linear = model.is_linear
-    fits = [
-        fit_rigid_axis(table.time_s, position, load.held, rule, per_direction=split, linear=linear, known=load.bias)
-        for split in (False, True)
-    ]
-    return fits[0], fits[1]
+    asked = (table.time_s, position, load.held, rule)
+    both = fit_rigid_axis(*asked, linear=linear, known=load.bias)
+    split = fit_rigid_axis(*asked, per_direction=True, linear=linear, known=load.bias, smoothed=both.smoothed)
+    return both, split
+
+
+def _longest(logs: Sequence[Log]) -> Log:
+    return max(logs, key=lambda one: len(one.table))
 
 
 def _only_bends(logs: Sequence[Log], axis: str) -> bool:

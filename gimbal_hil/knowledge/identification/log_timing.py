@@ -8,8 +8,9 @@ import numpy as np
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.identification.axis_motion import regression_rule
 from gimbal_hil.knowledge.identification.estimate import DataWarning
-from gimbal_hil.knowledge.identification.rigid_axis import fit_rigid_axis, regression_rule
+from gimbal_hil.knowledge.identification.rigid_axis import fit_rigid_axis
 from gimbal_hil.knowledge.identification.rigid_load import axis_load
 from gimbal_hil.knowledge.identification.timing import Timing
 from sim_backend.effects import Hook

@@ -287,6 +287,7 @@ def _axis_record(result: AxisIdentification) -> dict[str, object]:
                 "estimates": [_finite(e.as_record()) for e in rigid.estimates],
                 "rms": rigid.rms,
                 "relative": rigid.relative,
+                "smoothed": [one.as_record() for one in rigid.smoothed],
             }
     return record
 

@@ -11,26 +11,22 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.signal import butter, sosfiltfilt
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.knowledge.estimation import ShiftedFit, ShiftedProblem, fit_at, fit_shifted
 from gimbal_hil.knowledge.identification.averaging import Vector, autocorrelation_time
+from gimbal_hil.knowledge.identification.axis_motion import AxisMotion, RigidAxisRule
 from gimbal_hil.knowledge.identification.correlations import Correlations, of_replicates
 from gimbal_hil.knowledge.identification.estimate import Estimate, Interval, judge, settle, withheld
 from gimbal_hil.knowledge.identification.least_squares import Matrix
 from gimbal_hil.knowledge.identification.position_ripple import PositionRipple, ripples_of
+from gimbal_hil.knowledge.identification.smoothed_log import SmoothedLog
+from gimbal_hil.knowledge.identification.smoothing_search import smoothed_problems, smoothings_of
 from gimbal_hil.knowledge.identification.timing import STATE_IT, Timing
 
 _REPEATS = 1000
 #: a bootstrap block holds at least this many decorrelation times, and there are at least this many blocks
 _TIMES_PER_BLOCK, _MIN_BLOCKS = 5.0, 8
-#: torque may be logged this much early or late, s or rows, whichever is more
-_MOST_SHIFT_S, _MOST_SHIFT_ROWS = 0.06, 8.0
-#: rows this many times faster than the slowest that count give the same numbers, or the interval holds both; so few
-#: rows say nothing
-_SLOW_TOO, _FEWEST_ROWS = 20.0, 200
 #: a low-pass is seen where at most this share is left of what a shift alone leaves: less may be the noise of the
 #: encoder, which a lag smooths too
 _CLEARLY_LESS = 0.8
@@ -39,6 +35,11 @@ _RIPPLE_ROUNDS = 3
 #: a combination of columns, each of length 1, is nothing below this share of the largest; a column takes part in it
 #: above that share
 _DEPENDENT, _TAKES_PART = 1e-6, 1e-2
+_NAMES = {
+    False: ("inertia", "viscous", "coulomb", "offset"),
+    # a common offset cannot be told from a difference between the two Coulomb levels: it is carried by them
+    True: ("inertia", "viscous_positive", "viscous_negative", "coulomb_positive", "coulomb_negative"),
+}
 _EXPERIMENTS = {
     "inertia": "a trajectory with strong accelerations in both directions",
     "viscous": "plateaus at several speeds, both directions",
@@ -48,30 +49,10 @@ _EXPERIMENTS = {
 
 
 @dataclass(frozen=True)
-class RigidAxisRule:
-    """How the regression is filtered: band of the fit, and what is dropped at each end.
-
-    Motion is differentiated behind a zero-phase filter at five times `bandwidth_hz`; then torque and every regressor
-    pass the same zero-phase filter at `bandwidth_hz`. The first and last `edge_periods / bandwidth_hz` seconds go, and
-    so do rows slower than `slowest_share` of the top speed: there the sign of the speed says nothing about the
-    friction. With `time_stated` torque and position have the times that their columns say.
-    """
-
-    bandwidth_hz: float
-    edge_periods: float = 1.0
-    slowest_share: float = 0.01
-    time_stated: bool = False
-
-
-def regression_rule(period_s: float, time_stated: bool = False) -> RigidAxisRule:
-    """The rule for rows of this period: 20 Hz, or a tenth of the highest frequency that they hold."""
-    return RigidAxisRule(min(20.0, 0.05 / period_s), time_stated=time_stated)
-
-
-@dataclass(frozen=True)
 class RigidAxisFit:
     """Estimates by name, rms of the torque residual, the same relative to the rms torque, and the rows behind them.
-    `ripples` are waves over position that were counted apart.
+    `ripples` are waves over position that were counted apart, `smoothed` what was done to the columns before, if
+    anything; first what explains them best, then what would do too.
 
     `rate`, `torque`, `residual`, shape (n,), are at the decimated rows.
     """
@@ -86,6 +67,7 @@ class RigidAxisFit:
     timing: Timing
     correlations: Correlations
     ripples: tuple[PositionRipple, ...] = ()
+    smoothed: tuple[SmoothedLog, ...] = ()
 
     def value(self, name: str) -> float:
         """Fitted value by name."""
@@ -110,15 +92,6 @@ class _Replicates:
         return self.interval(self.late_s)
 
 
-def centred_torque(torque: Vector) -> Vector:
-    """Held torque seen at the samples: mean of the two values that meet at t_k, shape (n,).
-
-    Row k acts over [t_k, t_k+1), so at t_k the mean of rows k-1 and k is in force; row k alone would be half a sample
-    late and look like a delay or a flexibility.
-    """
-    return np.asarray(np.concatenate([torque[:1], 0.5 * (torque[1:] + torque[:-1])]))
-
-
 def fit_rigid_axis(
     time_s: Vector,
     position: Vector,
@@ -128,6 +101,7 @@ def fit_rigid_axis(
     linear: bool = False,
     seed: int = 0,
     known: Vector | None = None,
+    smoothed: tuple[SmoothedLog, ...] | None = None,
 ) -> RigidAxisFit:
     """Regress `torque + known = inertia a + viscous v + coulomb sign(v) + offset`, or with viscous and Coulomb friction
     per direction.
@@ -136,7 +110,7 @@ def fit_rigid_axis(
     constant rate. The least-squares solution uses every sample behind the filters, at the shift of torque that leaves
     least where the data exclude that there is none; intervals are percentiles of a block bootstrap (blocks of at least
     five decorrelation times of the residual), with the shift free, because filtered residuals are neither white nor
-    equal in size along the trajectory.
+    equal in size along the trajectory. `smoothed` is what is known to have been done to the columns; None looks for it.
 
     Raises:
         BadInputError: the table is shorter than the filters need or the joint does not move.
@@ -150,14 +124,20 @@ def fit_rigid_axis(
             f"at least {4 * edge + 200} rows of a moving axis",
         )
     load = np.zeros(len(torque)) if known is None else known
-    problems = _problems(time_s, position, torque, load, rule, per_direction)
-    names, rate = _NAMES[per_direction], problems[0][1]
-    ripples = _ripples(problems[0], position, rule.bandwidth_hz)
-    for _ in range(_RIPPLE_ROUNDS if ripples else 0):
-        problems = _problems(time_s, position, torque, load, rule, per_direction, ripples)
-        beside = fit_shifted(problems[0][0]).solution[len(names) :].reshape(len(ripples), -1)
-        ripples = tuple(ripple.moved(own) for ripple, own in zip(ripples, beside, strict=True))
-    shifted = [_replicates(fit, seed) for fit in _shifted([problem for problem, _ in problems])]
+    motion = AxisMotion(time_s, position, torque, load, rule, per_direction)
+    names = _NAMES[per_direction]
+    ripples = _ripples(motion, names)
+    problems = list(motion.problems(ripples))
+    fits = _shifted([problem for problem, _ in problems])
+    likely = smoothed
+    if likely is None:
+        likely = smoothings_of(motion, fits, ripples, lambda one: _ripples(motion, names, one))
+    if likely:
+        ripples, late = _ripples(motion, names, likely[0]), fits[0].shift_s
+        problems = [pair for one in likely for pair in smoothed_problems(motion, one, ripples, late)]
+        fits = [fit_shifted(problem, near_s=late) for problem, _ in problems]
+    rate = problems[0][1]
+    shifted = [_replicates(fit, seed) for fit in fits]
     timing = _timing(shifted, step, rule.time_stated)
     plain = problems[0][0]
     fit = (
@@ -173,17 +153,35 @@ def fit_rigid_axis(
     first = (as_stated if rule.time_stated else shifted)[0]
     correlations = of_replicates(names, first.numbers[:, : len(names)], fit.solution[: len(names)])
     return RigidAxisFit(
-        estimates, rms, relative, rate[rows], fit.target, fit.residual, shifted[0].blocks, timing, correlations, ripples
+        estimates,
+        rms,
+        relative,
+        rate[rows],
+        fit.target,
+        fit.residual,
+        shifted[0].blocks,
+        timing,
+        correlations,
+        ripples,
+        likely,
     )
 
 
 def _ripples(
-    problem: tuple[ShiftedProblem, Vector], position: Vector, bandwidth_hz: float
+    motion: AxisMotion, names: tuple[str, ...], smoothed: SmoothedLog | None = None
 ) -> tuple[PositionRipple, ...]:
     """Waves over position in what the first regression leaves, as fast as the filters let through."""
-    fit, rows = fit_shifted(problem[0]), problem[0].rows
-    usual_rate = float(np.median(np.abs(problem[1][rows])))
-    return ripples_of(fit.residual, position[rows], 2.0 * np.pi * bandwidth_hz / max(usual_rate, 1e-12))
+    problem, rate = next(motion.problems((), smoothed))
+    residual = fit_shifted(problem).residual
+    usual_rate = float(np.median(np.abs(rate[problem.rows])))
+    fastest = 2.0 * np.pi * motion.rule.bandwidth_hz / max(usual_rate, 1e-12)
+    ripples = ripples_of(residual, motion.position[problem.rows], fastest)
+    for _ in range(_RIPPLE_ROUNDS if ripples else 0):
+        beside = fit_shifted(next(motion.problems(ripples, smoothed))[0]).solution[len(names) :]
+        ripples = tuple(
+            ripple.moved(own) for ripple, own in zip(ripples, beside.reshape(len(ripples), -1), strict=True)
+        )
+    return ripples
 
 
 def _shifted(problems: list[ShiftedProblem]) -> list[ShiftedFit]:
@@ -243,79 +241,6 @@ def _over(fits: list[_Replicates], index: int, value: float) -> Interval:
     intervals = [one.interval(one.numbers[:, index]) for one in fits]
     ends = [end for one in intervals for end in (one.low, one.high)]
     return Interval(value, value).stretched_over(ends)
-
-
-def _problems(
-    time_s: Vector,
-    position: Vector,
-    torque: Vector,
-    known: Vector,
-    rule: RigidAxisRule,
-    per_direction: bool,
-    ripples: tuple[PositionRipple, ...] = (),
-) -> list[tuple[ShiftedProblem, Vector]]:
-    """The regression at each choice of band and slowest rows, the rule's own first, with the rate (n,) at its rows."""
-    step = float(np.median(np.diff(time_s)))
-    found: list[tuple[ShiftedProblem, Vector]] = []
-    for band in (rule.bandwidth_hz, 0.5 * rule.bandwidth_hz):
-        edge = int(round(rule.edge_periods / band / step))
-        smooth = sosfiltfilt(_low_pass(5.0 * band, 1.0 / step), position)
-        rate = np.asarray(CubicSpline(time_s, smooth)(time_s, 1))
-        narrow = _low_pass(band, 1.0 / step)
-        columns: Matrix = np.stack(
-            [
-                sosfiltfilt(narrow, one)
-                for one in (
-                    *_columns(smooth, rate, step, per_direction),
-                    *(column for ripple in ripples for column in ripple.columns(smooth)),
-                )
-            ],
-            axis=1,
-        )
-        target, load = sosfiltfilt(narrow, centred_torque(torque)), sosfiltfilt(narrow, known)
-        inside = np.zeros(len(target), dtype=bool)
-        inside[edge : len(target) - edge] = True
-        thin = max(1, int(1.0 / step / (2.5 * band)))
-        most = max(_MOST_SHIFT_S, _MOST_SHIFT_ROWS * step)
-        for slowest in (rule.slowest_share, _SLOW_TOO * rule.slowest_share):
-            rows = np.flatnonzero(inside & (np.abs(rate) >= slowest * float(np.max(np.abs(rate)))))[::thin]
-            if not found or len(rows) >= _FEWEST_ROWS:
-                found.append((ShiftedProblem(step, target, load, columns, rows, band, most), rate))
-    return found
-
-
-_NAMES = {
-    False: ("inertia", "viscous", "coulomb", "offset"),
-    # a common offset cannot be told from a difference between the two Coulomb levels: it is carried by them
-    True: ("inertia", "viscous_positive", "viscous_negative", "coulomb_positive", "coulomb_negative"),
-}
-
-
-def _columns(smooth: Vector, rate: Vector, step: float, per_direction: bool) -> tuple[Vector, ...]:
-    """What each number is multiplied by, (n,) each: its mean over the two samples that meet at t_k, as torque's."""
-    acceleration, mean_rate = _mean_slope(rate, step), _mean_slope(smooth, step)
-    sign = _mean_sign(rate)
-    if not per_direction:
-        return acceleration, mean_rate, sign, np.ones_like(rate)
-    forward, backward = np.maximum(mean_rate, 0.0), np.minimum(mean_rate, 0.0)
-    return acceleration, forward, backward, 0.5 * (1.0 + sign), -0.5 * (1.0 - sign)
-
-
-def _mean_slope(values: Vector, step: float) -> Vector:
-    return np.asarray(np.gradient(values, step))
-
-
-def _mean_sign(rate: Vector) -> Vector:
-    """Mean of sign(rate) from the sample before to the sample after, the rate straight between them: a reversal counts
-    where it is, not at the next row.
-    """
-    change = np.diff(rate)
-    between = np.where(change != 0.0, np.diff(np.abs(rate)) / np.where(change == 0.0, 1.0, change), np.sign(rate[1:]))
-    return np.concatenate([between[:1], 0.5 * (between[1:] + between[:-1]), between[-1:]])
-
-
-def _low_pass(cutoff_hz: float, rate_hz: float) -> Matrix:
-    return np.asarray(butter(4, min(cutoff_hz / (0.5 * rate_hz), 0.95), output="sos"))
 
 
 def _replicates(fit: ShiftedFit, seed: int) -> _Replicates:

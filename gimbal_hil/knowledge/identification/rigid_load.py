@@ -8,7 +8,7 @@ import numpy as np
 
 from gimbal_hil.data.signals import RigidBody, SignalsTable
 from gimbal_hil.knowledge.identification.averaging import Vector
-from gimbal_hil.knowledge.identification.rigid_axis import centred_torque
+from gimbal_hil.knowledge.identification.axis_motion import centred_torque
 from sim_backend.model import AntennaModel
 
 #: seconds over which a rate is taken from the encoder, for the velocity-dependent part of the load

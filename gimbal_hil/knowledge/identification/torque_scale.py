@@ -1,0 +1,47 @@
+"""Whether anything in a log says how large its torque is: without a known weight or inertia nothing does.
+
+Inertia, friction and offset are all proportional to the torque column. A current in peak for rms, another torque
+constant or a forgotten gear make all of them wrong by one factor, in intervals as narrow as ever.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.identification.estimate import DataWarning, Determination, Estimate
+from gimbal_hil.knowledge.identification.rigid_load import AxisLoad
+from sim_backend.model import AntennaModel
+
+#: a known torque of this share of the whole says how large that is
+_SAYS_IT = 0.1
+#: an inertia within this share of the model's vouches for the torque: both would have to be off alike
+_SAME = 0.1
+
+
+def scale_findings(
+    load: AxisLoad, table: SignalsTable, model: AntennaModel, axis: str, estimates: tuple[Estimate, ...]
+) -> tuple[DataWarning, ...]:
+    """What a reader must know of the scale of a log's torque; nothing where a torque that is known tells it."""
+    known = load.bias - np.mean(load.bias)
+    given = table.signal(axis, "torque_known")
+    if given is not None:
+        known = known + given - np.mean(given)
+    told = {e.name: e for e in estimates if e.verdict is Determination.IDENTIFIED}
+    if not told or np.std(known) >= _SAYS_IT * np.std(load.held):
+        return ()
+    inertia, own = told.get("inertia"), model.number(axis, model.own_inertia_path(axis))
+    text = (
+        f"nothing in this log says how large its torque is: {_and(list(told))} scale with the torque column and would "
+        "all be wrong by one factor with it (a current in peak for rms, another torque constant, a gear)"
+    )
+    if inertia is not None and own > 0.0:
+        times = inertia.value / own
+        if abs(times - 1.0) <= _SAME:
+            return ()
+        text += f". The inertia is {times:.3g} times the model's {own:.4g}: if that one is known, this is the factor"
+    return (DataWarning("torque_scale", text, axis, frozenset(told)),)
+
+
+def _and(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
