@@ -284,14 +284,10 @@ def page(found: Sequence[Outcome]) -> str:
     """The page of docs/measurements; outcomes of all makes."""
     cells = {(one.row, one.motion, one.make): one for one in found}
     makes = [make for make in MAKES if any(one.make == make for one in found)]
-    lines = [
-        "| fault of the feedback | motion | " + " | ".join(makes) + " |",
-        "|---|---|" + "---|" * len(makes),
-    ]
+    lines = ["| fault of the feedback | " + " | ".join(MOTIONS) + " |", "|---|" + "---|" * len(MOTIONS)]
     for row in ROWS:
-        for motion in MOTIONS:
-            told = [_cell(cells[row.name, motion, make], motion in row.not_in) for make in makes]
-            lines.append(f"| {row.name} | {motion} | " + " | ".join(told) + " |")
+        told = [_cell([cells[row.name, motion, make] for make in makes], motion in row.not_in) for motion in MOTIONS]
+        lines.append(f"| {row.name} | " + " | ".join(told) + " |")
     impossible = [
         fill(f"- {row.name} ({', '.join(row.not_in)}): {row.reason}.", 120, subsequent_indent="  ")
         for row in ROWS
@@ -303,6 +299,7 @@ def page(found: Sequence[Outcome]) -> str:
         noticed=noticed,
         asked=len(asked),
         unasked=len(found) - len(asked),
+        makes=", ".join(makes),
         impossible="\n".join(impossible),
         table="\n".join(lines),
     )
@@ -321,8 +318,9 @@ be noticed, because nobody who has these numbers only can tell them from truth:
 {impossible}
 
 A cell tells the cause, the time until it was told, and how far the axis went in all until half a second later, coasting
-included: a moteus shorts its winding, the others let go and friction stops the axis
-([adapters](../reference/adapters.md)). A dash: not noticed, the way is that of the whole time that was watched.
+included, from the least to the most over {makes}.
+A moteus shorts its winding, the others let go and friction stops the axis ([adapters](../reference/adapters.md)).
+A dash: not noticed, the way is that of the whole time that was watched.
 
 {table}
 """
@@ -332,10 +330,25 @@ def _row(name: str) -> Row:
     return next(row for row in ROWS if row.name == name)
 
 
-def _cell(one: Outcome, is_impossible: bool) -> str:
-    if not one.is_noticed:
-        return f"{'as true' if is_impossible else '**-**'}, {one.gone_rad:.2g} rad"
-    return f"`{one.cause}`, {one.ticks} ms, {one.gone_rad:.2g} rad{'' if one.only_braked else ', **driven on**'}"
+def _cell(makes: Sequence[Outcome], is_impossible: bool) -> str:
+    """What all makes tell of one fault in one motion; what only some of them do stands beside its make."""
+    way = f"{_range([f'{one.gone_rad:.2g}' for one in makes])} rad"
+    if not any(one.is_noticed for one in makes):
+        return f"{'as true' if is_impossible else '**-**'}, {way}"
+    causes = {one.cause: [other.make for other in makes if other.cause == one.cause] for one in makes}
+    told = [
+        (f"`{cause}`" if cause else "**-**") + ("" if len(of) == len(makes) else f" ({', '.join(of)})")
+        for cause, of in causes.items()
+    ]
+    driven = [one.make for one in makes if one.is_noticed and not one.only_braked]
+    ticks = _range([str(one.ticks) for one in makes if one.is_noticed])
+    on = f", **driven on** ({', '.join(driven)})" if driven else ""
+    return f"{' or '.join(told)}, {ticks} ms, {way}{on}"
+
+
+def _range(figures: Sequence[str]) -> str:
+    """The least and the most of written figures, once where they are the same."""
+    return "-".join(dict.fromkeys(sorted((min(figures, key=float), max(figures, key=float)), key=float)))
 
 
 def main() -> None:
