@@ -222,7 +222,7 @@ class Gateway:
         """The drives stop by themselves, for some time; a fault is told once none is under torque any more."""
         self._remember(fault)
         self._reacting += 1
-        asked = control is not None and not control.quick_stop and control.request in _NO_STOP
+        asked = control is not None and _asked(control) in _NO_STOP
         if self._obedience.without_torque():
             self._obedience.feed_again()
             self._obedience.let_go()
@@ -252,7 +252,7 @@ class Gateway:
             return
         if control is None:
             return
-        request = _REQUEST.QUICK_STOP if control.quick_stop else control.request
+        request = _asked(control)
         heading = self.state if self._wanted is None else self._wanted[0]
         wanted = _destination(heading, request)
         if request is _REQUEST.ENABLE_OPERATION and self.state is heading is _STATE.SWITCHED_ON:
@@ -364,6 +364,11 @@ class Gateway:
 
 def _rate(sample: AxisSample) -> float:
     return sample.gyro_rad_s if sample.gyro_rad_s is not None else sample.rate_rad_s or 0.0
+
+
+def _asked(control: DriveControl) -> DriveRequest:
+    """What the host asks for: the bit for a quick stop outranks the request beside it."""
+    return _REQUEST.QUICK_STOP if control.quick_stop else control.request
 
 
 def _destination(state: DriveState, request: DriveRequest) -> DriveState:

@@ -4,6 +4,7 @@ axis has gone far.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -13,23 +14,24 @@ import numpy as np
 import pytest
 
 from gimbal_hil.loop.host import HostState
-from tests.adapters.faults import MAKES, MOTIONS, ROWS, Row, outcome, rig_of, spoilt
+from tests.adapters.faults import DRIVES, MAKES, MOTIONS, ROWS, Row, outcome, rig_of, spoilt
 from tests.adapters.rig import AdapterRig
 from tests.parts import heavy_but
 
 #: the whole matrix takes minutes; one make whose drives answer when asked, and one that speaks by itself, in any run
-_SOON = ("moteus", "dbc")
+_SOON = (("moteus", "second"), ("dbc", "first"))
 
 
 @pytest.mark.parametrize("motion", heavy_but(("slow", "pushed"), MOTIONS))
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name)
-@pytest.mark.parametrize("make", heavy_but(_SOON, MAKES))
+@pytest.mark.parametrize("which", heavy_but(_SOON, itertools.product(MAKES, DRIVES)), ids="-".join)
 def test_spoilt_feedback_is_noticed_before_the_axis_has_gone_far(
-    make: str, row: Row, motion: str, tmp_path: Path
+    which: tuple[str, str], row: Row, motion: str, tmp_path: Path
 ) -> None:
+    make, drive = which
     rig = rig_of(make, tmp_path)
     try:
-        found = outcome(rig, make, row, motion)
+        found = outcome(rig, make, drive, row, motion)
     finally:
         rig.close()
     assert found.is_noticed or motion in row.not_in, found

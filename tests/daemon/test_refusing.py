@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from gimbal_hil.loop.host import Host, HostState, Mode
-from gimbal_hil.realtime.daemon.refusing import why_not_adjusted, why_not_now
+from gimbal_hil.realtime.daemon import refusing
 from tests.host.host_loop import HostLoop, configuration, hold
 
 TRAVEL = {"outer__limits__position_low_rad": -2.0, "outer__limits__position_high_rad": 2.0}
@@ -15,12 +15,12 @@ def test_a_fault_names_the_command_that_leaves_it_and_its_cause() -> None:
     loop = HostLoop().connected()
     loop.host.quick_stop()
     loop.run(3)
-    said = why_not_now(loop.host)
+    said = refusing.why_not_now(loop.host)
     assert "fault" in said and "`gimbal-hil reset`" in said and "operator" in said
 
 
 def test_before_an_antenna_answers_there_is_nothing_to_reset() -> None:
-    said = why_not_now(HostLoop().host)
+    said = refusing.why_not_now(HostLoop().host)
     assert "once the antenna answers" in said and "reset" not in said
 
 
@@ -41,20 +41,20 @@ def test_a_torque_that_could_not_brake_an_axis_any_more_is_refused_while_it_move
 ) -> None:
     loop = moving(sign * rate, until_rad)
     weaker = configuration(outer__limits__torque_nm=1.2, **TRAVEL)
-    said = why_not_adjusted(loop.host, weaker)
+    said = refusing.why_not_adjusted(loop.host, weaker)
     assert "outer moves at" in said and "could not be braked before its limit" in said
     # with what it has it can be, and gains may change
-    assert not why_not_adjusted(loop.host, configuration(outer__rate_loop__kp_s_per_rad=50.0, **TRAVEL))
+    assert not refusing.why_not_adjusted(loop.host, configuration(outer__rate_loop__kp_s_per_rad=50.0, **TRAVEL))
     loop.run(3000)
     assert loop.host.state is HostState.IDLE and abs(loop.antenna.position[0]) <= 2.0
-    assert not why_not_adjusted(loop.host, weaker)
+    assert not refusing.why_not_adjusted(loop.host, weaker)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_torque_that_can_still_brake_an_axis_is_taken_and_does(sign: float) -> None:
     loop = moving(sign, 1.0)
     weaker = configuration(outer__limits__torque_nm=1.2, **TRAVEL)
-    assert not why_not_adjusted(loop.host, weaker)
+    assert not refusing.why_not_adjusted(loop.host, weaker)
     loop.host.adjust(weaker)
     loop.run(4000)
     assert loop.host.state is HostState.IDLE and abs(loop.antenna.position[0]) <= 2.0
@@ -63,10 +63,10 @@ def test_a_torque_that_can_still_brake_an_axis_is_taken_and_does(sign: float) ->
 def test_a_limit_is_not_set_before_an_axis_that_moves_towards_it() -> None:
     loop = moving(3.0, 0.5)
     nearer = TRAVEL | {"outer__limits__position_high_rad": 0.6}
-    assert "outer moves at 3 rad/s" in why_not_adjusted(loop.host, configuration(**nearer))
+    assert "outer moves at 3 rad/s" in refusing.why_not_adjusted(loop.host, configuration(**nearer))
     # away from it: it may
     loop = moving(-3.0, 0.2)
-    assert not why_not_adjusted(loop.host, configuration(**nearer))
+    assert not refusing.why_not_adjusted(loop.host, configuration(**nearer))
 
 
 def test_an_axis_that_brakes_keeps_what_it_brakes_with() -> None:
@@ -74,5 +74,5 @@ def test_an_axis_that_brakes_keeps_what_it_brakes_with() -> None:
     while loop.host.state is HostState.ACTIVE:
         loop.run(1)
     assert loop.host.state is HostState.STOPPING
-    assert why_not_adjusted(loop.host, configuration(outer__limits__torque_nm=2.0, **TRAVEL))
-    assert not why_not_adjusted(loop.host, configuration(**TRAVEL))
+    assert refusing.why_not_adjusted(loop.host, configuration(outer__limits__torque_nm=2.0, **TRAVEL))
+    assert not refusing.why_not_adjusted(loop.host, configuration(**TRAVEL))

@@ -25,20 +25,28 @@ from typing import Any
 
 _PACKAGE = "gimbal_hil.loop.host"
 #: in the order of import, so that each one takes the changed names of those before it
-_NAMES = ("event_ring", "identity", "plausibility", "limits", "reactions", "reception", "drive", "following", "acting")
-_MODULES = {name: importlib.import_module(f"{_PACKAGE}.{name}") for name in (*_NAMES, "core")}
+_NAMES = (
+    *("event_ring", "identity", "repeating", "plausibility", "limits", "reactions", "reception", "drive", "following"),
+    *("acting", "core"),
+)
+_MODULES = {name: importlib.import_module(f"{_PACKAGE}.{name}") for name in _NAMES}
+_MODULES["refusing"] = importlib.import_module("gimbal_hil.realtime.daemon.refusing")
 #: where the guards are
 GUARDS = {
     "identity": ("receive_identity", "is_known", "is_refused", "_refusal", "_units_differ"),
     "plausibility": (
         *("watch_status", "watch_sensors", "implausible", "_acting_torque", "_weights", "_is_noisy"),
-        *("_is_turned_round", "_watch_quiet", "_window", "_watch_place", "has_jumped"),
+        *("_is_turned_round", "_watch_quiet", "_window", "_watch_place", "has_jumped", "accept_places", "_held"),
     ),
+    "repeating": ("watch_repeats", "_has_period"),
     "reception": ("_periods_since",),
     "limits": (
         "braking",
         "fault_of",
         "stop_cause",
+        "limit_ahead",
+        "rates_towards_limits",
+        "_rate_before",
         "report_beyond_limits",
         "_moving_rate",
         "_reached",
@@ -47,13 +55,15 @@ GUARDS = {
     ),
     "reactions": ("stop_kind",),
     "drive": ("may_reset_fault", "_brake_of"),
+    "refusing": ("why_not_adjusted",),
     "core": ("_take_requests", "_supervise", "_synchronise", "_leave_fault", "_check_limits", "_stop"),
 }
 TESTS = (
     *("test_plausibility", "test_either_way", "test_guards", "test_identity", "test_connecting"),
     *("test_places", "test_limits_of_an_axis", "test_supervisor", "test_following", "test_antenna_that_catches_up"),
-    "test_braking",
+    *("test_braking", "test_refusing"),
 )
+_ROOMS = {"test_refusing": "daemon"}
 _TURNED = {ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
 #: what a guard answers when it trips
 _CAUSES = (
@@ -239,7 +249,7 @@ def _execute(module: ModuleType, tree: Any) -> None:
 def _tests() -> dict[str, Callable[[], None]]:
     """Every test with every of its parameters, by name."""
     found: dict[str, Callable[[], None]] = {}
-    for module in (importlib.import_module(f"tests.host.{name}") for name in TESTS):
+    for module in (importlib.import_module(f"tests.{_ROOMS.get(name, 'host')}.{name}") for name in TESTS):
         for name, function in vars(module).items():
             if not name.startswith("test_") or not callable(function):
                 continue

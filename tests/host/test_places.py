@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 
-from gimbal_hil.loop.host import Host, HostCause, HostState, Mode
+from gimbal_hil.loop.host import Host, HostCause, HostState, Mode, layout
 from gimbal_hil.loop.settings import AxisSettings, shipped_settings
 from tests.host.host_loop import HostLoop, configuration, hold
 
@@ -151,7 +152,85 @@ def _moves(loop: HostLoop, instead: Callable[[], None]) -> None:
     loop.antenna._move = move  # type: ignore[method-assign]
 
 
-def _under_torque(loop: HostLoop, axis: int, sign: float, ticks: int) -> None:
-    """A little more torque than is neither the motor's nor the weight's."""
-    torque = [sign * 1.1 * one.expectation.disturbance_nm if k == axis else 0.0 for k, one in enumerate(_axes())]
+def _under_torque(loop: HostLoop, axis: int, sign: float, ticks: int, share: float = 1.1) -> None:
+    """A share of the torque that is neither the motor's nor the weight's: a little more than it."""
+    torque = [sign * share * one.expectation.disturbance_nm if k == axis else 0.0 for k, one in enumerate(_axes())]
     loop.command(hold(Mode.TORQUE, *torque)).run(ticks)
+
+
+@pytest.mark.parametrize("has_moved", [True, False])
+@pytest.mark.parametrize("share", [0.05, 0.3])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_an_axis_that_has_moved_stands_still_under_no_more_than_was_against_it(
+    axis: int, share: float, has_moved: bool
+) -> None:
+    loop = _held()
+    if has_moved:
+        loop.command(hold(Mode.RATE, *(0.2 if k == axis else 0.0 for k in range(2)))).run(200)
+        loop.command(hold(Mode.RATE)).run(200)
+    _stands(loop, axis, lambda: 0.0)
+    _under_torque(loop, axis, 1.0, 90, share)
+    assert loop.host.state is HostState.ACTIVE, loop.texts()
+    loop.run(60)
+    trips = has_moved and share > 0.1
+    assert (loop.host.cause is HostCause.FEEDBACK_FROZEN) == trips, loop.texts()
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_load_that_was_seen_to_come_may_be_held_without_a_sign_of_life(axis: int) -> None:
+    loop = _held()
+    loop.command(hold(Mode.RATE, *(0.2 if k == axis else 0.0 for k in range(2)))).run(200)
+    loop.command(hold(Mode.RATE)).run(200)
+    counts = [1e-4]
+    _stands(loop, axis, lambda: counts[0] * (loop.number & 1))
+    # wind, which the loop holds against: the sensor still flickers
+    _under_torque(loop, axis, 1.0, 200, 0.5)
+    counts[0] = 0.0
+    for share in (0.5, 0.9):
+        _under_torque(loop, axis, 1.0, 300, share)
+        assert loop.host.state is HostState.ACTIVE, loop.texts()
+
+
+def _stands(loop: HostLoop, axis: int, off_rad: Callable[[], float]) -> None:
+    """From now on the axis says that it stands where it is, so far off."""
+    place = loop.antenna.position[axis]
+    _moves(loop, lambda: _set(loop, axis, place + off_rad(), 0.0))
+
+
+@pytest.mark.parametrize(("period", "trips"), [(7, True), (100, True), (200, True), (201, False)])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_samples_that_repeat_themselves_tell_nothing_new(axis: int, period: int, trips: bool) -> None:
+    loop = _held()
+    loop.command(hold(Mode.RATE, *(0.2 if k == axis else 0.0 for k in range(2)))).run(200)
+    loop.command(hold(Mode.RATE)).run(200)
+    old = np.random.default_rng(3).uniform(-1e-3, 1e-3, period)
+    _stands(loop, axis, lambda: float(old[loop.number % period]))
+    # nobody can know before they have come twice
+    loop.run(2 * period + 100)
+    assert loop.host.state is HostState.ACTIVE, loop.texts()
+    _under_torque(loop, axis, 1.0, 200, 0.3)
+    assert (loop.host.cause is HostCause.FEEDBACK_FROZEN) == trips, loop.texts()
+
+
+def test_what_repeats_itself_and_then_says_something_new_is_no_more_repeated() -> None:
+    loop = _held()
+    loop.command(hold(Mode.RATE, 0.2)).run(200)
+    loop.command(hold(Mode.RATE)).run(200)
+    fresh = [0.0]
+    _stands(loop, 0, lambda: 1e-4 * (loop.number % 5) + fresh[0])
+    loop.run(250)
+    repeats = layout.axis_g(0) + layout.REPEATS
+    assert loop.host.memory.G[repeats] == 1
+    fresh[0] = 1e-4
+    loop.run(32)
+    assert loop.host.memory.G[repeats] == 0
+    _under_torque(loop, 0, 1.0, 80, 0.3)
+    assert loop.host.state is HostState.ACTIVE, loop.texts()
+    # nor is it after a silence, until it has come as often again
+    loop.command(hold(Mode.RATE)).run(200)
+    assert loop.host.memory.G[repeats] == 1
+    loop.antenna.silent = True
+    loop.run(200)
+    loop.antenna.silent = False
+    loop.run(60)
+    assert loop.host.memory.G[repeats] == 0

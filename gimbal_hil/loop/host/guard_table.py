@@ -139,8 +139,9 @@ HOST_GUARDS = (
     ),
     HostGuard(
         HostCause.FEEDBACK_FROZEN,
-        "gyro and encoder do not change for `stuck_gyro_ticks`, or for 0.1 s under more torque than "
-        "`expectation.disturbance_nm`, or the device's tick stands still",
+        "gyro and encoder do not change for `stuck_gyro_ticks`, or tell nothing new for 0.1 s under more torque than "
+        "`expectation.disturbance_nm` or, once the axis has moved, twice what was against it (a tenth of that at"
+        " least); or the device's tick stands still",
         _OPERATOR,
         _PLAUSIBLE,
         "encoder, gyro and the drive's firmware; a blocked axis",

@@ -120,9 +120,12 @@ AXIS_H = 49
     CURVE,  # slope of SLOPE (rad/s^2), NaN where nobody knows it
     TEMPERATURE_HEARD,  # 1 once the drive told the motor's temperature
     PULL,  # of the body's expected weight about the axis, either way (N m)
-) = range(CONTROL_STATES, CONTROL_STATES + 29)
-AXIS_H_SIZE = CONTROL_STATES + 29
-H_SIZE = AXIS_H + AXES * AXIS_H_SIZE
+    SEEN_MOMENTUM,  # see `plausibility`
+) = range(CONTROL_STATES, CONTROL_STATES + 30)
+AXIS_H_SIZE = CONTROL_STATES + 30
+#: what each axis said in its last samples, one number of position and rate
+SAID, SAID_SIZE = AXIS_H + AXES * AXIS_H_SIZE, 300
+H_SIZE = SAID + AXES * SAID_SIZE
 
 # --- G: state
 #: HostState, why it stops or is in FAULT, ticks in it, requests of the operator since the last tick (bits), number of
@@ -157,12 +160,14 @@ HAS_BRAKE, BRAKE_STATE = range(4, 6)
 #: samples in a row in which gyro and encoder did not change; samples at rest without torque, and in how many of them
 #: the gyro's noise was seen; which soft limit the axis is beyond (-1, 0, 1)
 GYRO_SAME, ENCODER_SAME, GYRO_QUIET_TICKS, GYRO_QUIET_CHANGES, OUTSIDE = range(6, 11)
-#: samples in a row that did not change under a torque that must move the axis; 1 once a position was heard, 2 since one
-#: came that the axis cannot have gone to
+#: samples in a row that told nothing new under a torque that must move the axis; 1 once a position was heard, 2 since
+#: one came that the axis cannot have gone to
 STILL_COUNT, PLACE = 11, 12
 #: 1 while the axis is off and its brake is to be closed beside one under torque
 BRAKED = 13
-AXIS_G_SIZE = 14
+#: samples that were kept since a silence; 1 while they repeat themselves
+SAID_COUNT, REPEATS = 14, 15
+AXIS_G_SIZE = 16
 #: ring of events: tick, code, three numbers
 EVENTS = AXIS_G + AXES * AXIS_G_SIZE
 EVENT_SIZE = 5

@@ -1,5 +1,5 @@
 """Whether what the sensors say can be: gyro against encoder over a window, a gyro that repeats itself, feedback that
-stands still behind live counters or under torque, positions that no axis can have come to, and motion against the
+tells nothing new behind live counters or under torque, positions that no axis can have come to, and motion against the
 torque that should have made it.
 
 Filled in with every feedback set; `implausible` judges it while torque is on.
@@ -59,13 +59,16 @@ from gimbal_hil.loop.host.layout import (
     PLACE,
     PULL,
     QUIET_MOMENTUM,
+    REPEATS,
     REST_RATE,
+    SEEN_MOMENTUM,
     SENT_SEQUENCE,
     STATUS_SAME,
     STEP_S,
     STILL_COUNT,
     STUCK_TICKS,
 )
+from gimbal_hil.loop.host.repeating import forget_said, watch_repeats
 from gimbal_hil.loop.host.states import HostCause, number
 
 _NONE, _DRIFT, _STUCK = number(HostCause.NONE), number(HostCause.SENSOR_DRIFT), number(HostCause.GYRO_STUCK)
@@ -75,6 +78,9 @@ _FROZEN, _RUNAWAY = number(HostCause.FEEDBACK_FROZEN), number(HostCause.RUNAWAY)
 _JUMP_RAD, _JITTER_PERIODS, _JUMP_IN_SILENCE_RAD = 0.05, 2.0, 0.25
 #: s: an axis under a torque that it cannot hold against has moved by some counts of its encoder after so long
 _MOVED_AFTER_S = 0.1
+#: what may hold an axis still is what was against it while its sensors told something new, some times as much, and a
+#: share of the disturbance at least
+_HELD, _LEAST_HELD = 2.0, 0.1
 #: PLACE
 _HEARD, _JUMPED = 1, 2
 #: a gyro with noise is known by it: in half of at least so many samples taken at rest without torque it leaves the
@@ -103,7 +109,8 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
     DRIFT: what encoder and gyro have moved apart (rad), forgotten with the window's time constant; PATH: how far the
     axis went meanwhile. Over a short window, in N m s: MOMENTUM that the axis gained beyond the impulse of its torque
     and its weight, IMPULSE of its torque, EFFORT, that of the torque's size, LATE_IMPULSE: how far MOMENTUM may be off
-    where torques act later than they were asked for. PEAK_TORQUE: the largest size (N m).
+    where torques act later than they were asked for. PEAK_TORQUE: the largest size (N m). SEEN_MOMENTUM: the largest
+    size of MOMENTUM while the sensors told something new, from the first motion on; never forgotten.
     """
     dt = C[STEP_S] * ticks
     weights = _weights(H, G, C)
@@ -123,6 +130,7 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
             _forget_momentum(H, h)
             G[g + GYRO_SAME] = G[g + ENCODER_SAME] = G[g + STILL_COUNT] = 0
             H[h + LAST_RATE_CHANGE] = np.nan
+            forget_said(G, axis)
         else:
             moved, turned = H[h + MEASURED_POSITION] - H[h + LAST_POSITION], 0.5 * (joint + H[h + LAST_JOINT_RATE]) * dt
             H[h + DRIFT] = drift_kept * H[h + DRIFT] + drift_new * (moved - turned)
@@ -141,9 +149,12 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
             changed = rate != H[h + LAST_RATE]
             G[g + GYRO_SAME] = 0 if changed else G[g + GYRO_SAME] + 1
             G[g + ENCODER_SAME] = 0 if moved != 0.0 else G[g + ENCODER_SAME] + 1
-            still = moved == 0.0 and not changed and C[c + DISTURBANCE] > 0.0
-            beyond = abs(_acting_torque(H, G, axis) + weights[axis]) * MOMENTUM_WINDOW_S > C[c + DISTURBANCE]
-            G[g + STILL_COUNT] = G[g + STILL_COUNT] + 1 if still and beyond else 0
+            watch_repeats(H[h + MEASURED_POSITION], rate, H, G, axis)
+            still = (moved == 0.0 and not changed) or G[g + REPEATS] == 1
+            if not still and (H[h + SEEN_MOMENTUM] > 0.0 or abs(joint) > C[c + REST_RATE]):
+                H[h + SEEN_MOMENTUM] = max(H[h + SEEN_MOMENTUM], abs(H[h + MOMENTUM]))
+            beyond = abs(_acting_torque(H, G, axis) + weights[axis]) * MOMENTUM_WINDOW_S > _held(H, C, h, c)
+            G[g + STILL_COUNT] = G[g + STILL_COUNT] + 1 if still and beyond and C[c + DISTURBANCE] > 0.0 else 0
             _watch_noise(H, G, C, axis, ticks)
         H[h + LAST_RATE], H[h + LAST_JOINT_RATE] = rate, joint
 
@@ -164,6 +175,15 @@ def _watch_noise(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int, ticks: 
         return
     G[g + GYRO_QUIET_TICKS] += 1
     G[g + GYRO_QUIET_CHANGES] += 1 if bend > 0.0 and bend >= _NOISE_STEPS * H[h + GYRO_STEP] else 0
+
+
+@compiled
+def _held(H: np.ndarray, C: np.ndarray, h: int, c: int) -> float:
+    """Impulse (N m s) within the window against which an axis may stand still without a sign of life: friction, load
+    and wind as they were seen, some times as much; until it has moved, the whole disturbance that is allowed for.
+    """
+    seen, most = H[h + SEEN_MOMENTUM], C[c + DISTURBANCE]
+    return float(min(most, max(_HELD * seen, _LEAST_HELD * most)) if seen > 0.0 else most)
 
 
 @compiled
