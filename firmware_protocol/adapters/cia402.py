@@ -194,17 +194,19 @@ class Cia402Drive:
             self.sample = replace(self.sample, power=Power.FAULT, fault=self._refused)
             return
         self._writes.popleft()
+        self._silent = 0
         self._outbox.append(self._next_write())
 
     def _next_write(self) -> CanFrame:
         return written(self._id, *self._writes[0]) if self._writes else CanFrame(NMT, bytes([_START, self._id]))
 
     def _sync(self) -> list[CanFrame]:
-        """The question for the next sample; a node that answers none any more is started again first."""
+        """The question for the next sample; a node that answers none any more is told again first what it was told
+        last: to take an object, whose answer may be lost, or to start.
+        """
         self._silent += 1
-        again = not self._writes and not self._refused and self._silent % _SILENT_TICKS == 0
-        started = [CanFrame(NMT, bytes([_START, self._id]))] if again else []
-        return [*started, CanFrame(SYNC, b"")]
+        again = not self._refused and self._silent % _SILENT_TICKS == 0
+        return [*([self._next_write()] if again else []), CanFrame(SYNC, b"")]
 
     def _queued(self) -> list[CanFrame]:
         queued, self._outbox = self._outbox, []

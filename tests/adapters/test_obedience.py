@@ -177,6 +177,25 @@ def test_a_drive_that_starts_anew_is_set_up_again_and_never_enabled_without_rese
     assert rig.host.state is HostState.IDLE, rig.events[-5:]
 
 
+@pytest.mark.parametrize("of_the_answers", [False, True])
+@pytest.mark.parametrize("number", heavy_but((0, 7, 17), range(18)))
+def test_a_drive_whose_set_up_loses_a_frame_is_set_up_all_the_same(
+    rigs: Callable[..., AdapterRig], number: int, of_the_answers: bool
+) -> None:
+    seen = itertools.count()
+    identifier = 0x581 if of_the_answers else 0x601
+
+    def loses_one(frame: CanFrame) -> bool:
+        return frame.identifier == identifier and next(seen) == number
+
+    rig = rigs(**{"lost" if of_the_answers else "unheard": loses_one})
+    rig.run(800)
+    assert rig.host.state is HostState.IDLE, rig.events[-5:]
+    # it is whole: what is commanded is done
+    assert rig.position(0.1, 0.1).run(2500).host.state is HostState.ACTIVE
+    np.testing.assert_allclose(rig.joints, (0.1, 0.1), atol=2e-3)
+
+
 class Told:
     """A drive of which a test says what it says."""
 
