@@ -127,9 +127,11 @@ class Cia402Drive:
         return [written(self._id, _HEARTBEAT_CONSUMER, 1, 4, 0)] if self._watches else []
 
     def reset(self) -> list[CanFrame]:
+        # one that refused an object is asked again: whoever resets has mended why
+        again = self.begin() if self._refused else []
         # an edge: low first
         self._error = ""
-        return [self._command(_DISABLE, 0.0), self._command(_RESET, 0.0)]
+        return [*again, self._command(_DISABLE, 0.0), self._command(_RESET, 0.0)]
 
     def take(self, frame: CanFrame) -> bool:
         if frame.extended:

@@ -109,12 +109,15 @@ def test_a_cia402_node_is_set_up_object_by_object_and_then_started() -> None:
 def test_a_cia402_node_that_refuses_an_object_is_in_fault_but_may_lack_the_watch() -> None:
     for refused, power in ((0, Power.OFF), (3, Power.FAULT)):
         drive = Cia402Drive(SECTION, TIMING)
-        (frame,) = drive.begin()
+        (frame,) = (begun,) = drive.begin()
         for number in range(refused + 1):
             _, index, sub, _ = struct.unpack("<BHBI", frame.data)
             drive.take(CanFrame(0x585, struct.pack("<BHBI", 0x80 if number == refused else 0x60, index, sub, 0)))
             frame = drive.ask()[0]
         assert drive.sample.power is power
+        # a reset begins the set-up again where it was refused, and only there
+        again = [frame.data for frame in drive.reset() if frame.identifier == 0x605]
+        assert again == ([] if power is Power.OFF else [begun.data])
 
 
 @pytest.mark.parametrize(
