@@ -37,6 +37,7 @@ from gimbal_hil.knowledge.discrepancy.verdict import (
     recalibrated_model,
     refusal,
     separating_runs,
+    shifted_torques,
     showing_sequences,
     verdict_of,
 )
@@ -80,6 +81,7 @@ __all__ = [
     "respond",
     "scored_band",
     "separating_runs",
+    "shifted_torques",
     "showing_sequences",
     "standing",
     "verdict_of",

@@ -8,7 +8,7 @@ from gimbal_hil.knowledge.identification.axis_identification import (
     identify_axis,
     numbers_of_motion,
 )
-from gimbal_hil.knowledge.identification.axis_motion import RigidAxisRule, centred_torque
+from gimbal_hil.knowledge.identification.axis_motion import RigidAxisRule, centred_torque, regression_rule
 from gimbal_hil.knowledge.identification.axis_response import AxisRecord, simulate_axis
 from gimbal_hil.knowledge.identification.consistency import (
     BreakAway,
@@ -18,7 +18,6 @@ from gimbal_hil.knowledge.identification.consistency import (
 )
 from gimbal_hil.knowledge.identification.estimate import DataWarning, Determination, Estimate, Interval
 from gimbal_hil.knowledge.identification.evidence import Evidence, Log, collect
-from gimbal_hil.knowledge.identification.log_timing import shifted_torques
 from gimbal_hil.knowledge.identification.model_update import updated_model
 from gimbal_hil.knowledge.identification.output_error import OutputErrorFit, OutputErrorRule, fit_output_error
 from gimbal_hil.knowledge.identification.over_temperature import (
@@ -42,6 +41,7 @@ from gimbal_hil.knowledge.identification.segments import Stretch, TorqueSource, 
 from gimbal_hil.knowledge.identification.sliding import MapHalf, StaticFit, fit_static
 from gimbal_hil.knowledge.identification.steadiness import SteadyRule, SteadyWindow, find_steady_window
 from gimbal_hil.knowledge.identification.stribeck import LUGRE_NAMES, LugreFriction, StaticFriction
+from gimbal_hil.knowledge.identification.timing import Timing
 from gimbal_hil.knowledge.identification.velocity_map import (
     Plateau,
     VelocityMap,
@@ -78,6 +78,7 @@ __all__ = [
     "Stretch",
     "TemperatureGroup",
     "TemperatureResult",
+    "Timing",
     "TorqueSource",
     "VelocityMap",
     "VelocityPoint",
@@ -106,8 +107,8 @@ __all__ = [
     "over_temperature_page",
     "rate_jitter",
     "read_logs",
+    "regression_rule",
     "require_a_table",
-    "shifted_torques",
     "simulate_axis",
     "stretches_of_run",
     "stretches_of_table",

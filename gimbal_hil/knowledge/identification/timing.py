@@ -35,6 +35,10 @@ class Timing:
         """Whether the data say that torque and position are apart."""
         return not self.late.covers(0.0)
 
+    def excludes(self, rows: float) -> bool:
+        """Whether the data say that they are apart by more than so many rows."""
+        return self.late.low > rows * self.period_s or self.late.high < -rows * self.period_s
+
     @property
     def text(self) -> str:
         """The sentence a person reads."""

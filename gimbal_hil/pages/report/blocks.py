@@ -24,10 +24,13 @@ class Text:
 
 @dataclass(frozen=True)
 class Callout:
-    """The one sentence that matters, set apart; tone is 'good', 'warning', 'bad' or 'neutral'."""
+    """What matters, set apart, a line for each thing; tone is 'good', 'warning', 'bad' or 'neutral'. `more` is read by
+    who wants to know how it is known.
+    """
 
     text: str
     tone: str = "neutral"
+    more: str = ""
 
 
 @dataclass(frozen=True)

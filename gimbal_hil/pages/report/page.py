@@ -115,8 +115,9 @@ def _render(block: Block, numbers: Iterator[int]) -> str:
             return f'<h2 id="{_anchor(text)}">{html.escape(text)}</h2>'
         case Text(text):
             return f"<p>{html.escape(text)}</p>"
-        case Callout(text, tone):
-            return f'<div class="callout {html.escape(tone)}">{html.escape(text)}</div>'
+        case Callout(text, tone, more):
+            then = f"<small>{html.escape(more)}</small>" if more else ""
+            return f'<div class="callout {html.escape(tone)}">{html.escape(text)}{then}</div>'
         case Tiles(items):
             tiles = "".join(
                 f'<div class="tile"><b>{html.escape(value)}</b><span>{html.escape(what)}</span></div>'

@@ -21,9 +21,9 @@ from gimbal_hil.knowledge.discrepancy import (
     discrepancy_page,
     ramps_apart,
     recalibrated_model,
+    shifted_torques,
     verdict_of,
 )
-from gimbal_hil.knowledge.identification import shifted_torques
 from gimbal_hil.surface.library.picture import Picture
 from gimbal_hil.surface.library.sources import Source, as_list, as_paths, model_of, plots_of
 from sim_backend.model import AntennaModel

@@ -17,6 +17,7 @@ from gimbal_hil.knowledge.discrepancy.verdict.page_figures import (
     where_figure,
 )
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict, entries_of
+from gimbal_hil.knowledge.discrepancy.verdict.wording import headline, told_against
 from gimbal_hil.pages.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel
 
@@ -95,7 +96,7 @@ def _answer(result: Result, verdict: dict[str, Any]) -> list[Block]:
     """What a reader came for: the sentence, the figures, how large the gap is, and the plot that shows its kind."""
     gap = verdict["gap"]
     return [
-        Callout(verdict["text"], _TONE[verdict["verdict"]]),
+        _said(verdict),
         *(Callout(f"{against['axis']}: {against['text']}.", "warning") for against in verdict["contradictions"]),
         Tiles(
             (
@@ -115,6 +116,16 @@ def _answer(result: Result, verdict: dict[str, Any]) -> list[Block]:
         Plot(gap_figure(verdict), _GAP_CAPTION.format(_judged_on(result))),
         *_proof(result, verdict),
     ]
+
+
+def _said(verdict: dict[str, Any]) -> Callout:
+    """The verdict's own words: a line for each cause, then how it is known. Contradictions have their own place."""
+    causes = [f"{headline(effect)}." for effect in verdict["effects"]]
+    text = verdict["text"]
+    for against in verdict["contradictions"]:
+        text = text.replace(told_against(against), "")
+    tone, first = _TONE[verdict["verdict"]], " ".join(causes)
+    return Callout("\n".join(causes), tone, text.removeprefix(first).strip()) if causes else Callout(text, tone)
 
 
 def _looks_like(result: Result) -> list[Block]:

@@ -183,7 +183,9 @@ def headline(effect: Entry) -> str:
 
 
 def _number(name: str, number: Entry) -> str:
-    value, nominal = quantity(number["value"], number["unit"]), number["nominal"]
+    value, nominal, spread = number["value"], number["nominal"], 0.5 * (number["high"] - number["low"])
+    # what is nothing within its interval has no digits of its own
+    value = f"0 \u00b1 {quantity(spread, number['unit'])}" if abs(value) < spread else quantity(value, number["unit"])
     # "8 per turn" says what it is
     said = value if number["unit"].startswith("1/") else f"{name.replace('_', ' ')} {value}"
     return said if nominal is None else f"{said} (model: {quantity(nominal, number['unit'])})"

@@ -1,0 +1,74 @@
+"""Whether torque columns of logs are early or late against their positions, whatever numbers the model has wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy.inquiry import scored_band
+from gimbal_hil.knowledge.discrepancy.twin import Floats, Twin, record_of
+from gimbal_hil.knowledge.identification import DataWarning, Timing, centred_torque, fit_rigid_axis, regression_rule
+from sim_backend.effects import Hook
+from sim_backend.model import AntennaModel
+
+#: a minute of a log says enough of its clocks
+_ENOUGH_S = 60.0
+#: rows: what is nearer to being in time than this is as near as stamps and integrators are
+_LEAST_ROWS = 0.1
+#: what looks the same: nothing acts before its command, but a drive may act late
+_ELSE = {
+    True: "no drive acts before its command, so it is the log; state it",
+    False: "a delay of the drive looks the same; if it is the log, state it",
+}
+
+
+def shifted_torques(
+    model: AntennaModel, tables: Sequence[SignalsTable], stated: frozenset[str] = frozenset()
+) -> tuple[DataWarning, ...]:
+    """A finding for each axis whose torque column the data exclude to be in time with its positions, from the longest
+    log; none for axes whose times were `stated` or whose torque an effect of the model changes on its way, or where a
+    log is too short to tell.
+
+    What the model says of the motion is known, with its bristles, ripples and couplings: at reversals they would pass
+    for a shift of many rows. What inertia, viscous and Coulomb friction and offset are off is asked beside the time.
+    """
+    if not tables:
+        return ()
+    table = max(tables, key=len)
+    table = table.rows(0, min(len(table), int(_ENOUGH_S / table.period_s)))
+    own = {entry.axis for entry in model.effects if entry.effect.hook in (Hook.COMMAND, Hook.STRUCTURE)}
+    asked = [axis for axis in model.axes if axis not in stated | own and _moves(model, table, axis)]
+    if not asked:
+        return ()
+    needed = _needed(model, table)
+    found = []
+    for axis in asked:
+        timing = _timing(table, axis, needed[:, model.axes.index(axis)])
+        if timing is not None and timing.excludes(_LEAST_ROWS):
+            text = f"{timing.text}: {_ELSE[timing.late_s > 0.0]}, as {timing.stated_by(axis)}"
+            found.append(DataWarning("torque_shifted", text, axis))
+    return tuple(found)
+
+
+def _moves(model: AntennaModel, table: SignalsTable, axis: str) -> bool:
+    return bool(np.ptp(table.position(axis)) > 100.0 * model.number(axis, "encoder.step"))
+
+
+def _needed(model: AntennaModel, table: SignalsTable) -> Floats:
+    """Torque that the model needs for the motion of a log, sampled, (rows, axes)."""
+    twin = Twin(model, (record_of(table, model, scored_band((table,)), "times"),))
+    structure = twin.structure(())
+    needed = twin.records[0].torque - twin.leftover(structure, structure.P, 0)[:, :2]
+    held = np.concatenate([needed, needed[-1:]])
+    return np.column_stack([centred_torque(column) for column in held.T])
+
+
+def _timing(table: SignalsTable, axis: str, needed: Floats) -> Timing | None:
+    try:
+        rule = regression_rule(table.period_s)
+        return fit_rigid_axis(table.time_s, table.position(axis), table.torque(axis), rule, known=-needed).timing
+    except BadInputError:
+        return None
