@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gimbal_hil.data.signals import SignalsTable
-from gimbal_hil.knowledge.discrepancy import shifted_torques
+from gimbal_hil.knowledge.discrepancy.verdict.torque_times import shifted_torques
 from sim_backend.model import AntennaModel, model_from_document
 from tests.identification.one_axis_rig import ENCODER_STEP, OUTER, Rig, apply_torque, reversing_multisine
 

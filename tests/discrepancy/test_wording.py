@@ -7,6 +7,7 @@ from typing import Any
 
 from gimbal_hil.knowledge.discrepancy.judgement import Status
 from gimbal_hil.knowledge.discrepancy.verdict import wording
+from gimbal_hil.knowledge.discrepancy.verdict.discrepancy_page import _said
 
 
 def told(effect: str, axis: str, *rivals: tuple[str, str]) -> Any:
@@ -28,3 +29,22 @@ def test_an_effect_that_was_asked_for_and_not_tested_is_told_with_the_reason() -
     result: Any = SimpleNamespace(request=SimpleNamespace(only=("gyro_bias",)))
     unseen = [{"name": name, "axis": "EL", "reason": "the data has no rate column"} for name in ("gyro_bias", "slip")]
     assert wording.told_unseen(result, unseen) == " Gyro bias on EL was not tested: the data has no rate column."
+
+
+def _bias(value: float, low: float, high: float) -> dict[str, Any]:
+    number = {"value": value, "low": low, "high": high, "unit": "rad/s", "nominal": 0.004}
+    return {"name": "gyro_bias", "axis": "EL", "parameters": {"bias": number}, "probability": 0.97}
+
+
+def test_a_number_that_is_nothing_within_its_interval_has_no_digits() -> None:
+    assert "bias 0 ± 10 µrad/s (model: 4 mrad/s)" in wording.headline(_bias(1e-6, -9e-6, 1.1e-5))
+    assert "bias 5 mrad/s" in wording.headline(_bias(5e-3, 4.9e-3, 5.1e-3))
+
+
+def test_the_page_says_each_cause_on_a_line_and_a_contradiction_once() -> None:
+    effects = [_bias(5e-3, 4.9e-3, 5.1e-3), _bias(6e-3, 5.9e-3, 6.1e-3)]
+    against = {"rule": "torque_shifted", "axis": "EL", "text": "the torque column is late"}
+    lines = [f"{wording.headline(effect)}." for effect in effects]
+    text = " ".join([*lines, "They explain it."]) + wording.told_shift(against) + wording.told_against(against)
+    said = _said({"verdict": "named", "effects": effects, "contradictions": [against], "text": text})
+    assert (said.text, said.more) == ("\n".join(lines), "They explain it.")

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from gimbal_hil.realtime.observing.suspicion import CONFIRMED_BY, Growing, Suspected, SuspicionWatch
+from gimbal_hil.realtime.observing.suspicion import CONFIRMED_BY, Growing, Suspected, SuspicionWatch, suspicion
 
 RATE_HZ, LEAST_NM, ONSET_S = 1000.0, 0.02, 40.0
 
@@ -91,3 +91,15 @@ def test_every_cause_has_a_run_that_confirms_it_and_people_may_say_that_it_is_us
     assert told and watch.suspected is not None
     watch.learn_anew()
     assert watch.suspected is None
+
+
+@pytest.mark.parametrize("new_place", [True, False])
+def test_what_is_missing_where_the_axis_has_not_been_before_has_no_name(new_place: bool) -> None:
+    t = 0.02 * np.arange(3400)
+    centre = np.where((t > 62.0) & new_place, -0.6, 0.0)
+    q, v = centre + 0.3 * np.sin(1.3 * t), 0.39 * np.cos(1.3 * t)
+    # a spring beyond an angle, there all the time; or what sets in where the axis always was
+    lacks = 0.2 * np.minimum(q + 0.35, 0.0) if new_place else np.where(t > 62.0, 0.1 * np.cos(q), 0.0)
+    lacks += 0.002 * np.random.default_rng(4).normal(size=len(t))
+    found = suspicion(np.column_stack([lacks, q, v, 0.06 * v, np.zeros_like(t)]), LEAST_NM)
+    assert (found is None) == new_place

@@ -37,9 +37,9 @@ from gimbal_hil.knowledge.discrepancy.verdict import (
     recalibrated_model,
     refusal,
     separating_runs,
-    shifted_torques,
     showing_sequences,
     verdict_of,
+    with_torque_times,
 )
 
 __all__ = [
@@ -81,8 +81,8 @@ __all__ = [
     "respond",
     "scored_band",
     "separating_runs",
-    "shifted_torques",
     "showing_sequences",
     "standing",
     "verdict_of",
+    "with_torque_times",
 ]

@@ -162,7 +162,7 @@ def suspicion(rows: Floats, least_nm: float) -> Suspected | None:
     before, after = rows[: -now - gap], rows[-now:]
     slipped = _slip(before[:, 4], after[:, 4])
     before = before[np.abs(before[:, 2]) > _SLIDES_RAD_S]
-    slides = np.abs(after[:, 2]) > _SLIDES_RAD_S
+    slides = (np.abs(after[:, 2]) > _SLIDES_RAD_S) & _been_at(before[:, 1], after[:, 1])
     if len(before) < _LEAST_BEFORE_S / _ROW_S or np.sum(slides) < _LEAST_NOW_S / _ROW_S:
         return None
     numbers, spread, noise = _usual(before)
@@ -174,6 +174,12 @@ def suspicion(rows: Floats, least_nm: float) -> Suspected | None:
     if float(np.sqrt(np.mean(left**2))) < _ONSET * noise:
         return None
     return _named(left, after[slides], noise, None if slipped is None else (slipped[0][slides], slipped[1]))
+
+
+def _been_at(before: Floats, now: Floats) -> NDArray[np.bool_]:
+    """Which positions of now the minute before has been at: what is missing elsewhere may have been there all along."""
+    low, high = float(np.min(before, initial=np.inf)), float(np.max(before, initial=-np.inf))
+    return ((now >= low) & (now <= high)) | (high - low >= 2.0 * math.pi)
 
 
 def _usual(before: Floats) -> tuple[Floats, Floats, float]:

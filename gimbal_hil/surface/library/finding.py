@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,8 +21,8 @@ from gimbal_hil.knowledge.discrepancy import (
     discrepancy_page,
     ramps_apart,
     recalibrated_model,
-    shifted_torques,
     verdict_of,
+    with_torque_times,
 )
 from gimbal_hil.surface.library.picture import Picture
 from gimbal_hil.surface.library.sources import Source, as_list, as_paths, model_of, plots_of
@@ -91,10 +91,7 @@ class Question:
         judged = (*self.request.measured, *self.request.holdout)
         verdict = verdict_of(result, (*judged, *self.ramps), self.notes)
         progress("when the torque of the logs was in force")
-        shifted = shifted_torques(self.request.model, judged, self.time_stated)
-        against = tuple({"rule": one.rule, "axis": one.axis, "text": one.text} for one in shifted)
-        text = verdict.text + "".join(f" On {one.axis}, {one.text}." for one in shifted)
-        told = replace(verdict, contradictions=(*verdict.contradictions, *against), text=text)
+        told = with_torque_times(verdict, self.request.model, judged, self.time_stated)
         return Finding(told, result, self.sources)
 
 

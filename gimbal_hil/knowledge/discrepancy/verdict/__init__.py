@@ -10,7 +10,7 @@ from gimbal_hil.knowledge.discrepancy.verdict.separating import (
     showing_sequences,
     why_not_testable,
 )
-from gimbal_hil.knowledge.discrepancy.verdict.torque_times import shifted_torques
+from gimbal_hil.knowledge.discrepancy.verdict.torque_times import with_torque_times
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict, entries_of, refusal, verdict_of
 
 __all__ = [
@@ -25,8 +25,8 @@ __all__ = [
     "recalibrated_model",
     "refusal",
     "separating_runs",
-    "shifted_torques",
     "showing_sequences",
     "verdict_of",
     "why_not_testable",
+    "with_torque_times",
 ]

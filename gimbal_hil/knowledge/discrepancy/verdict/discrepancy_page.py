@@ -17,7 +17,7 @@ from gimbal_hil.knowledge.discrepancy.verdict.page_figures import (
     where_figure,
 )
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict, entries_of
-from gimbal_hil.knowledge.discrepancy.verdict.wording import headline, told_against
+from gimbal_hil.knowledge.discrepancy.verdict.wording import headline, told_against, told_shift
 from gimbal_hil.pages.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel
 
@@ -123,7 +123,7 @@ def _said(verdict: dict[str, Any]) -> Callout:
     causes = [f"{headline(effect)}." for effect in verdict["effects"]]
     text = verdict["text"]
     for against in verdict["contradictions"]:
-        text = text.replace(told_against(against), "")
+        text = text.replace(told_against(against), "").replace(told_shift(against), "")
     tone, first = _TONE[verdict["verdict"]], " ".join(causes)
     return Callout("\n".join(causes), tone, text.removeprefix(first).strip()) if causes else Callout(text, tone)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,6 +11,8 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy.inquiry import scored_band
 from gimbal_hil.knowledge.discrepancy.twin import Floats, Twin, record_of
+from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict
+from gimbal_hil.knowledge.discrepancy.verdict.wording import told_shift
 from gimbal_hil.knowledge.identification import DataWarning, Timing, centred_torque, fit_rigid_axis, regression_rule
 from sim_backend.effects import Hook
 from sim_backend.model import AntennaModel
@@ -23,6 +26,16 @@ _ELSE = {
     True: "no drive acts before its command, so it is the log; state it",
     False: "a delay of the drive looks the same; if it is the log, state it",
 }
+
+
+def with_torque_times(
+    found: Verdict, model: AntennaModel, tables: Sequence[SignalsTable], stated: frozenset[str]
+) -> Verdict:
+    """A verdict that also says whose torque column is early or late."""
+    shifted = shifted_torques(model, tables, stated)
+    against = tuple({"rule": one.rule, "axis": one.axis, "text": one.text} for one in shifted)
+    text = found.text + "".join(map(told_shift, against))
+    return replace(found, contradictions=(*found.contradictions, *against), text=text)
 
 
 def shifted_torques(

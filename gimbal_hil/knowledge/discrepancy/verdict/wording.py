@@ -226,6 +226,11 @@ def told_against(found: Entry) -> str:
     return f" The data contradict themselves on {found['axis']} ({rule}, {why})."
 
 
+def told_shift(found: Entry) -> str:
+    """A torque column that is early or late, in one sentence."""
+    return f" On {found['axis']}, {found['text']}."
+
+
 def _remainder(gaps: Sequence[Gap]) -> str:
     """What the causes leave, in floors of the model with them."""
     left = [(g, g.after / g.noise_floor_after) for g in gaps if g.after > 1.5 * g.noise_floor_after]
