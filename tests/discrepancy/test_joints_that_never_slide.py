@@ -34,6 +34,8 @@ def test_a_stiffness_that_is_wrong_or_missing_is_named_alone(
     assert [one["name"] for one in verdict["effects"]] == ["presliding"]
     assert verdict["verdict"] == "named"
     assert verdict["effects"][0]["parameters"]["sigma0"]["value"] == pytest.approx(SIGMA0, rel=0.04)
+    # what such a joint does within its bristles is no torque column of another time
+    assert not verdict["contradictions"], verdict["contradictions"]
 
 
 @pytest.mark.heavy

@@ -91,7 +91,7 @@ class Question:
         judged = (*self.request.measured, *self.request.holdout)
         verdict = verdict_of(result, (*judged, *self.ramps), self.notes)
         progress("when the torque of the logs was in force")
-        told = with_torque_times(verdict, self.request.model, judged, self.time_stated)
+        told = with_torque_times(verdict, result, judged, self.time_stated)
         return Finding(told, result, self.sources)
 
 

@@ -10,11 +10,13 @@ import numpy as np
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy.inquiry import scored_band
+from gimbal_hil.knowledge.discrepancy.judgement import Result
 from gimbal_hil.knowledge.discrepancy.twin import Floats, Twin, record_of
+from gimbal_hil.knowledge.discrepancy.verdict.corrected import corrected_model, explained_by, recalibrated_model
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict
 from gimbal_hil.knowledge.discrepancy.verdict.wording import told_shift
 from gimbal_hil.knowledge.identification import DataWarning, Timing, centred_torque, fit_rigid_axis, regression_rule
-from sim_backend.effects import Hook
+from sim_backend.effects import CATALOGUE, Hook, Variable
 from sim_backend.model import AntennaModel
 
 #: a minute of a log says enough of its clocks
@@ -29,13 +31,25 @@ _ELSE = {
 
 
 def with_torque_times(
-    found: Verdict, model: AntennaModel, tables: Sequence[SignalsTable], stated: frozenset[str]
+    found: Verdict, result: Result, tables: Sequence[SignalsTable], stated: frozenset[str]
 ) -> Verdict:
-    """A verdict that also says whose torque column is early or late."""
-    shifted = shifted_torques(model, tables, stated)
+    """A verdict that also says whose torque column is early or late, the told causes being there."""
+    shifted = shifted_torques(_explained(result), tables, stated)
     against = tuple({"rule": one.rule, "axis": one.axis, "text": one.text} for one in shifted)
     text = found.text + "".join(map(told_shift, against))
     return replace(found, contradictions=(*found.contradictions, *against), text=text)
+
+
+def _explained(result: Result) -> AntennaModel:
+    """The model with what was told, but for lags and delays: a torque column that is early looks like them."""
+    if not result.told:
+        return corrected_model(result) or recalibrated_model(result)
+    kept = result.best.hypothesis
+    for index in reversed(range(len(kept.causes))):
+        effect = CATALOGUE[kept.labels[index][0]]
+        if effect.is_before_the_joint and Variable.PAST in effect.acts_through:
+            kept = kept.minus(index)
+    return explained_by(result.model, result.inquiry.twin, kept)
 
 
 def shifted_torques(
