@@ -161,6 +161,11 @@ REFUSED: dict[str, Case] = {
         (),
         "asks for another torque",
     ),
+    "only the size of the torque": lambda: (
+        LOG.but(torque=np.abs(LOG.torque)).text(),
+        (),
+        "log.csv: joint.torque: seems to be without its sign",
+    ),
     "torque mirrored": lambda: (LOG.but(torque=-LOG.torque).text(), (), "mirrored"),
     # clocks
     "restarts in the middle": lambda: (
@@ -342,7 +347,6 @@ WITHIN: dict[str, Callable[[], JointLog]] = {
     "both columns filtered both ways": lambda: LOG.but(
         torque=filtfilt(*butter(2, 10.0 / 250.0), LOG.torque), position=filtfilt(*butter(2, 10.0 / 250.0), LOG.position)
     ),
-    "only the size of the torque": lambda: LOG.but(torque=np.abs(LOG.torque)),
     "its sign turns in the middle": lambda: LOG.but(torque=np.where(LATER, -LOG.torque, LOG.torque)),
 }
 
@@ -351,6 +355,13 @@ WITHIN: dict[str, Callable[[], JointLog]] = {
 def test_what_is_identified_all_the_same_holds_the_truth(folder: Path, fault: str) -> None:
     numbers, _ = identified(folder, WITHIN[fault]().text())
     hold_the_truth(numbers)
+
+
+def test_a_torque_of_another_log_is_said_to_explain_nothing(folder: Path) -> None:
+    numbers, _ = identified(folder, LOG.but(torque=swinging("b").torque).text())
+    assert numbers == {}
+    (axis,) = json.loads((folder / "out" / "identification.json").read_text())["axes"]
+    assert any("may not belong together" in one["text"] for one in axis["findings"])
 
 
 def _stale(position: np.ndarray) -> np.ndarray:

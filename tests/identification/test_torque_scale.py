@@ -39,7 +39,7 @@ def told(model: AntennaModel, one: SignalsTable, *estimates: Estimate) -> list[s
 
 def test_numbers_that_are_off_by_one_factor_say_that_the_torque_may_be(model: AntennaModel) -> None:
     (text,) = told(model, table(), estimate("coulomb", 0.0707), estimate("inertia", 0.02828))
-    assert "coulomb and inertia scale with the torque column" in text and "1.41 times the model's 0.02" in text
+    assert "coulomb and inertia would be wrong by the factor" in text and "1.41 times the model's 0.02" in text
 
 
 def test_the_inertia_of_the_model_vouches_for_the_torque(model: AntennaModel) -> None:

@@ -142,6 +142,19 @@ def test_a_log_whose_position_is_refreshed_every_few_rows_keeps_those_rows_and_s
     assert any(f"every {stair} rows only" in note for note in table.notes)
 
 
+@pytest.mark.parametrize(("every", "first"), [(2, 0), (10, 0), (10, 7)])
+def test_positions_on_straight_lines_between_reads_keep_the_reads(tmp_path: Path, every: int, first: int) -> None:
+    reads = np.arange(first, ROWS, every)
+    lines = np.interp(np.arange(ROWS), reads, POSITION[reads])
+    rows = zip(TIME.tolist(), TORQUE.tolist(), lines.tolist(), strict=True)
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["t,tau,q", *(f"{t},{u!r},{q:.9g}" for t, u, q in rows)]) + "\n", encoding="utf-8")
+    table = read(path)
+    assert table.period_s == pytest.approx(every / RATE_HZ)
+    assert np.min(np.abs(table.position("joint")[3] - POSITION[reads])) < 1e-8
+    assert any(f"straight between reads every {every} rows only" in note for note in table.notes)
+
+
 def test_an_encoder_that_changes_now_and_then_is_no_stair(tmp_path: Path) -> None:
     coarse = np.round(POSITION / 0.02) * 0.02
     rows = zip(TIME.tolist(), TORQUE.tolist(), coarse.tolist(), strict=True)

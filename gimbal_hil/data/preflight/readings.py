@@ -7,11 +7,16 @@ from dataclasses import dataclass
 from itertools import chain, combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.data.signals import RigidBody, SignalsTable
 from sim_backend.model import AntennaModel, ModelKind
 
+Floats = NDArray[np.float64]
+
 _RADIANS = float(np.deg2rad(1.0))
+#: motion is smoothed over this long, s
+_SMOOTHING_S = 0.05
 _ANGLES, _RATES = ("base.roll", "base.pitch", "base.yaw"), ("base.p", "base.q", "base.r")
 
 
@@ -47,6 +52,10 @@ def other_readings(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> Ite
             if set(columns) <= present:
                 remedy = "one positive direction for torque, position and rate of an axis"
                 yield OtherReading(columns, "mirrored", remedy, _scaled(columns, -1.0))
+    for axis in model.axes:
+        if all(_keeps_its_sign(table.torque(axis)) for table in tables):
+            remedy = "a torque that is negative where it acts the other way"
+            yield OtherReading((f"{axis}.torque",), "without its sign", remedy, _signed(model, axis))
     if len(model.axes) == 2:
         for signals in _some_of(("torque", "position", "rate")):
             columns = tuple(f"{axis}.{signal}" for axis in model.axes for signal in signals)
@@ -92,6 +101,31 @@ def _swapped(axes: tuple[str, ...], signals: tuple[str, ...]) -> Callable[[Signa
     one, other = axes
     pairs = [(f"{a}.{signal}", f"{b}.{signal}") for a, b in ((one, other), (other, one)) for signal in signals]
     return lambda table: _with(table, {to: table.columns[of] for to, of in pairs})
+
+
+def _keeps_its_sign(torque: Floats) -> bool:
+    return bool(np.ptp(torque) > 0.0 and (np.all(torque >= 0.0) or np.all(torque <= 0.0)))
+
+
+def _signed(model: AntennaModel, axis: str) -> Callable[[SignalsTable], SignalsTable]:
+    """The torque with the sign of what the model asks for."""
+
+    def undone(table: SignalsTable) -> SignalsTable:
+        from scipy.ndimage import gaussian_filter1d
+
+        width = max(1.0, _SMOOTHING_S / table.period_s)
+        measured = np.column_stack([table.position(name) for name in model.axes])
+        position, rate, bend = (
+            np.asarray(gaussian_filter1d(measured, width, axis=0, order=order)) / table.period_s**order
+            for order in (0, 1, 2)
+        )
+        body, index = RigidBody(model).along(table, position, rate), model.axes.index(axis)
+        friction = model.number(axis, "friction.coulomb") * np.sign(rate[:, index])
+        friction = friction + model.number(axis, "friction.viscous") * rate[:, index]
+        asked = body.inertial(bend)[:, index] - body.bias[:, index] + friction
+        return _with(table, {f"{axis}.torque": np.abs(table.torque(axis)) * np.sign(asked)})
+
+    return undone
 
 
 def _in_seconds(table: SignalsTable) -> SignalsTable:

@@ -138,6 +138,7 @@ def identify_axis(
     findings += [finding for finding in physical_findings(friction, axis) if decided & finding.concerns]
     findings += disagreeing
     if rigid[0] is not None:
+        findings += rigid[0].unexplained(axis)
         findings += rigid[0].timing.findings(axis)
         findings += [smoothed.finding(axis) for smoothed in rigid[0].smoothed[:1]]
         table = _longest(logs).table

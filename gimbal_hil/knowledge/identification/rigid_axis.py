@@ -17,7 +17,7 @@ from gimbal_hil.knowledge.estimation import ShiftedFit, ShiftedProblem, fit_at, 
 from gimbal_hil.knowledge.identification.averaging import Vector, autocorrelation_time
 from gimbal_hil.knowledge.identification.axis_motion import AxisMotion, RigidAxisRule
 from gimbal_hil.knowledge.identification.correlations import Correlations, of_replicates
-from gimbal_hil.knowledge.identification.estimate import Estimate, Interval, judge, settle, withheld
+from gimbal_hil.knowledge.identification.estimate import DataWarning, Estimate, Interval, judge, settle, withheld
 from gimbal_hil.knowledge.identification.least_squares import Matrix
 from gimbal_hil.knowledge.identification.position_ripple import PositionRipple, ripples_of
 from gimbal_hil.knowledge.identification.smoothed_log import SmoothedLog
@@ -35,6 +35,8 @@ _RIPPLE_ROUNDS = 3
 #: a combination of columns, each of length 1, is nothing below this share of the largest; a column takes part in it
 #: above that share
 _DEPENDENT, _TAKES_PART = 1e-6, 1e-2
+#: what a regression leaves beyond this share of the torque's rms is no matter of friction
+_UNEXPLAINED = 0.5
 _NAMES = {
     False: ("inertia", "viscous", "coulomb", "offset"),
     # a common offset cannot be told from a difference between the two Coulomb levels: it is carried by them
@@ -72,6 +74,16 @@ class RigidAxisFit:
     def value(self, name: str) -> float:
         """Fitted value by name."""
         return next(estimate.fitted for estimate in self.estimates if estimate.name == name)
+
+    def unexplained(self, axis: str) -> tuple[DataWarning, ...]:
+        """What a reader must know where the motion asks for another torque than the log has."""
+        if self.relative <= _UNEXPLAINED:
+            return ()
+        text = (
+            f"inertia, friction and offset leave {100.0 * self.relative:.0f} % of the torque unexplained (rms): torque "
+            "and position may not belong together, or something else moves the joint (a spring, a weight, a stop)"
+        )
+        return (DataWarning("unexplained", text, axis),)
 
 
 @dataclass(frozen=True)

@@ -40,13 +40,17 @@ class SmoothedLog:
         """What explains the torque, (n,) or (n, k), as the torque was."""
         return values if self.which is SmoothedColumn.POSITION else self.smoothing.of(values, step_s)
 
+    @property
+    def text(self) -> str:
+        """What a person reads."""
+        return (
+            f"{self.which.value} to be smoothed, by {self.smoothing.shape.value} (half is left at about "
+            f"{self.smoothing.half_hz:.2g} Hz)"
+        )
+
     def finding(self, axis: str) -> DataWarning:
         """What a reader must know of it."""
-        text = (
-            f"{self.which.value} to be smoothed, by {self.smoothing.shape.value} (half is left at about "
-            f"{self.smoothing.half_hz:.2g} Hz): so only do its fast parts fit the motion. The numbers and their "
-            "intervals allow for it; a log that was not smoothed says more"
-        )
+        text = f"{self.text}: the numbers and their intervals allow for it; a log that was not smoothed says more"
         return DataWarning("smoothed", text, axis)
 
     def as_record(self) -> dict[str, object]:

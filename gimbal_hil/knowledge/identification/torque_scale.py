@@ -27,13 +27,13 @@ def scale_findings(
     given = table.signal(axis, "torque_known")
     if given is not None:
         known = known + given - np.mean(given)
-    told = {e.name: e for e in estimates if e.verdict is Determination.IDENTIFIED}
+    told = {e.name: e for e in estimates if e.verdict is Determination.IDENTIFIED and e.name != "offset"}
     if not told or np.std(known) >= _SAYS_IT * np.std(load.held):
         return ()
     inertia, own = told.get("inertia"), model.number(axis, model.own_inertia_path(axis))
     text = (
-        f"nothing in this log says how large its torque is: {_and(list(told))} scale with the torque column and would "
-        "all be wrong by one factor with it (a current in peak for rms, another torque constant, a gear)"
+        f"nothing in this log says how large its torque is: {_and(list(told))} would be wrong by the "
+        "factor that the torque column is wrong by (a current in peak for rms, another torque constant, a gear)"
     )
     if inertia is not None and own > 0.0:
         times = inertia.value / own
