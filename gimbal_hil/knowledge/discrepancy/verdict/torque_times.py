@@ -96,6 +96,7 @@ def _needed(model: AntennaModel, table: SignalsTable) -> Floats:
 def _timing(table: SignalsTable, axis: str, needed: Floats) -> Timing | None:
     try:
         rule = regression_rule(table.period_s)
-        return fit_rigid_axis(table.time_s, table.position(axis), table.torque(axis), rule, known=-needed).timing
+        position, torque = table.position(axis), table.torque(axis)
+        return fit_rigid_axis(table.time_s, position, torque, rule, known=-needed, smoothed=()).timing
     except BadInputError:
         return None
