@@ -146,7 +146,8 @@ class Cia402Drive:
             # CiA 301: error code (the drive's 0x603F) and error register; 0 says that it has passed
             code, register = struct.unpack_from("<HB", data)
             self._error = f"error 0x{code:04X}, register 0x{register:02X}" if code else ""
-            self.sample = replace(self.sample, fault=self._error)
+            # a drive that is not set up is not fed either: what it says of that is no news
+            self.sample = replace(self.sample, fault=self._refused or self._error)
         elif kind == SDO_ANSWER and len(data) == 8:
             self._answered(data)
         elif kind == HEARTBEAT and data[:1] == bytes([_BOOT_UP]):

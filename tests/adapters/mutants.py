@@ -36,6 +36,7 @@ GUARDS: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
     "gateway": (
         ("Gateway", ("feedback", "_samples", "_advance", "_follow", "_in_fault", "_react", "_remember", "_fail")),
         ("Gateway", ("_request", "_arrive", "_found_fault", "_fresh")),
+        ("", ("_asked",)),
     ),
     "mapped": (("MappedDrive", ("_taken", "_word", "_judge", "_values", "_grow_older", "take")),),
     "drive": (("", ("stopped_blindly", "starved", "farewell", "shaft_torque")),),

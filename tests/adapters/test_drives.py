@@ -115,6 +115,9 @@ def test_a_cia402_node_that_refuses_an_object_is_in_fault_but_may_lack_the_watch
             drive.take(CanFrame(0x585, struct.pack("<BHBI", 0x80 if number == refused else 0x60, index, sub, 0)))
             frame = drive.ask()[0]
         assert drive.sample.power is power
+        # what comes of it that it is not set up does not hide why
+        drive.take(CanFrame(0x85, struct.pack("<HB5x", 0x8130, 0x01)))
+        assert ("object 0x" in drive.sample.fault) == (power is Power.FAULT)
         # a reset begins the set-up again where it was refused, and only there
         again = [frame.data for frame in drive.reset() if frame.identifier == 0x605]
         assert again == ([] if power is Power.OFF else [begun.data])

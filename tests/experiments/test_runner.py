@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from firmware_protocol.errors import BadInputError, SafetyStopError
+from firmware_protocol.errors import BadInputError, LinkError, SafetyStopError
 from gimbal_hil.data.runs import EventKind, open_run
 from gimbal_hil.data.runs.header import RunHeader
 from gimbal_hil.knowledge.experiments.antenna import LockstepAntenna
@@ -85,6 +85,24 @@ def test_a_teardown_that_fails_too_is_noted_and_does_not_hide_why_it_was_needed(
         run_experiment(waiting_experiment(), antenna, tmp_path, header())
     notes = [event.text for event in open_run(tmp_path).events if event.kind is EventKind.NOTE]
     assert any("teardown: " in note and "stuck" in note for note in notes)
+
+
+def test_an_antenna_that_went_with_the_interruption_does_not_hide_it(tmp_path: Path) -> None:
+    class Gone(ScriptedAntenna):
+        @property
+        def tick(self) -> int:
+            if "two" in self.followed:
+                raise LinkError("the daemon has gone")
+            return self._at
+
+        @tick.setter
+        def tick(self, at: int) -> None:
+            self._at = at
+
+    with pytest.raises(KeyboardInterrupt):
+        run_experiment(waiting_experiment(), Gone({"two": KeyboardInterrupt()}), tmp_path, header())
+    noted = [event for event in open_run(tmp_path).events if event.text == "teardown: the daemon has gone"]
+    assert [event.tick for event in noted] == [55]
 
 
 def test_a_step_whose_guard_is_already_violated_is_not_entered(tmp_path: Path) -> None:

@@ -106,18 +106,18 @@ class DaemonAntenna:
 
     def follow(self, step: Step, progress: Callable[[int], None]) -> Followed:
         """Follow one step: hand it over (with those after it) unless it is already under way, and wait for its end."""
-        if not self._under_way or self._under_way[0][0] is not step:
-            self._hand_over(step)
-        label = self._under_way.pop(0)[1]
         try:
+            if not self._under_way or self._under_way[0][0] is not step:
+                self._hand_over(step)
+            label = self._under_way.pop(0)[1]
             span = self._wait(step, label, progress)
+            if step.segment.switch_off_afterwards:
+                self._until_idle()
+            return self._followed(step, span)
         except KeyboardInterrupt:
-            # the axes brake now, whatever is written before this process ends
+            # the axes brake now, those of the steps after this one too, whatever is written before this process ends
             self.close()
             raise
-        if step.segment.switch_off_afterwards:
-            self._until_idle()
-        return self._followed(step, span)
 
     def keep(self) -> None:
         """A real antenna cannot be kept."""

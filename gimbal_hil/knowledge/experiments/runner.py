@@ -125,6 +125,8 @@ class _Session:
             progress,
             digest,
         )
+        #: tick at which the last step was asked for
+        self._asked = 0
 
     def run(self, start: Checkpoint) -> Outcome:
         """All steps from a checkpoint on, then the teardown."""
@@ -159,7 +161,8 @@ class _Session:
             try:
                 self._tear_down()
             except GimbalHilError as error:
-                self.writer.event(self.antenna.tick, 0, EventKind.NOTE, f"teardown: {error}")
+                # the antenna may be gone
+                self.writer.event(self._asked, 0, EventKind.NOTE, f"teardown: {error}")
             raise
         self._tear_down()
         return Outcome(self.experiment, tuple(rows), drawn, self.writer.folder)
@@ -171,11 +174,11 @@ class _Session:
 
     def _made(self, step: Step, data: Mapping[str, object], progress: Callable[[int], None]) -> Followed:
         """Follow a step and keep it; its event says the tick at which it began, not the one at which it was asked."""
-        asked = self.antenna.tick
+        self._asked = self.antenna.tick
         try:
             followed = self.antenna.follow(step, progress)
         except BaseException:
-            self.writer.event(asked, 0, EventKind.SEGMENT, step.name, data)
+            self.writer.event(self._asked, 0, EventKind.SEGMENT, step.name, data)
             raise
         self.writer.event(followed.first_tick, 0, EventKind.SEGMENT, step.name, data)
         self._log(followed)
