@@ -91,6 +91,9 @@ EQUIVALENT = {
         "what the torque turned round does not explain is quiet itself, so that nothing has grown beyond it"
     ),
     "plausibility._window: if ticks == 1 -> never": "a short way: for one tick the formula gives the same bits",
+    "repeating.watch_repeats: G[g + SAID_COUNT] % _EVERY == 0 -> G[g + SAID_COUNT] % _EVERY != 0": (
+        "a look at other samples, and at more of them, finds the same some samples sooner"
+    ),
     "core._take_requests: if requests == 0 -> never": "a short way: without a bit nothing below does anything",
 }
 
