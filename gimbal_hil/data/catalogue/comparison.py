@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +45,7 @@ class Comparison:
             return f"no figure differs by more than {100.0 * tolerance:g} %"
         return f"further apart than {100.0 * tolerance:g} %: {', '.join(apart)}"
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """For JSON."""
         return {
             "runs": list(self.names),
@@ -168,7 +167,7 @@ def _differences(first: RecordedRun, second: RecordedRun) -> tuple[tuple[str, st
     return tuple(row for row in rows if row[1] != row[2])
 
 
-def _told(run: RecordedRun) -> dict[str, Any]:
+def _told(run: RecordedRun) -> dict[str, object]:
     header = run.record.header
     return {
         "configuration": header.configuration,
@@ -182,7 +181,7 @@ def _told(run: RecordedRun) -> dict[str, Any]:
     }
 
 
-def _flat(content: Any, prefix: str = "") -> dict[str, str]:
+def _flat(content: object, prefix: str = "") -> dict[str, str]:
     """Every number and word by its dotted key; lists by their places."""
     if isinstance(content, Mapping) and content:
         pairs = content.items()

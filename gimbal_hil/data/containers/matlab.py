@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -42,7 +41,7 @@ def read_matlab(path: Path) -> Contents:
     return Contents(path, "MATLAB file", tuple(group for group in groups if group.columns))
 
 
-def _vectors(value: Any, name: str) -> Iterator[tuple[str, Floats]]:
+def _vectors(value: object, name: str) -> Iterator[tuple[str, Floats]]:
     if isinstance(value, dict):
         for key, below in value.items():
             yield from _vectors(below, f"{name}.{key}" if name else str(key))

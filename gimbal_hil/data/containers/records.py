@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup
@@ -38,7 +37,7 @@ def read_json(path: Path) -> Contents:
     return Contents(path, "JSON file", tuple(groups), tuple(notes))
 
 
-def _document(path: Path, text: str, notes: list[str]) -> Any:
+def _document(path: Path, text: str, notes: list[str]) -> object:
     try:
         return json.loads(text)
     except json.JSONDecodeError as error:
@@ -56,7 +55,7 @@ def _document(path: Path, text: str, notes: list[str]) -> Any:
         return records
 
 
-def _lists(value: Any, name: str = "") -> Iterator[tuple[str, dict[str, Floats]]]:
+def _lists(value: object, name: str = "") -> Iterator[tuple[str, dict[str, Floats]]]:
     """Columns of every list of records in a document, by where it stands."""
     if isinstance(value, list):
         if len(value) >= _FEWEST and all(isinstance(one, dict) for one in value):
@@ -75,5 +74,5 @@ def _lists(value: Any, name: str = "") -> Iterator[tuple[str, dict[str, Floats]]
                 yield from _lists(one, f"{name}.{key}" if name else str(key))
 
 
-def _is_vector(value: Any) -> bool:
+def _is_vector(value: object) -> bool:
     return isinstance(value, list) and len(value) >= _FEWEST and isinstance(value[0], int | float)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import Any
 from xml.etree import ElementTree
 
 from gimbal_hil.data.exports.groups import Group
@@ -29,7 +28,7 @@ def panels_of(groups: Sequence[Group], axes: Sequence[str]) -> list[tuple[str, l
 def foxglove_layout(groups: Sequence[Group], axes: Sequence[str]) -> str:
     """A layout to import into Foxglove."""
     panels = panels_of(groups, axes)
-    plots: dict[str, Any] = {}
+    plots: dict[str, object] = {}
     for title, drawn in panels:
         plots[f"Plot!{drawn[0][1]}"] = {
             "foxglovePanelTitle": title,
@@ -71,7 +70,7 @@ def foxglove_layout(groups: Sequence[Group], axes: Sequence[str]) -> str:
     )
 
 
-def _column(names: list[str]) -> Any:
+def _column(names: list[str]) -> object:
     """Panels below each other, equally high."""
     if len(names) == 1:
         return names[0]

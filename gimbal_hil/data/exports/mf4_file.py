@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 from gimbal_hil.data.exports.groups import ExportedSignal, Group, Progress, missing_extra
 from gimbal_hil.data.runs import RecordedRun
@@ -34,11 +33,11 @@ def export_mf4(run: RecordedRun, groups: tuple[Group, ...], path: Path, progress
     return sum(len(group.channels) for group in groups)
 
 
-def _names_of_values(channel: ExportedSignal) -> dict[str, Any] | None:
+def _names_of_values(channel: ExportedSignal) -> dict[str, object] | None:
     """MDF's table from value to text."""
     if channel.labels is None:
         return None
-    table: dict[str, Any] = {}
+    table: dict[str, object] = {}
     for place, (value, name) in enumerate(sorted(channel.labels.items())):
         table |= {f"val_{place}": value, f"text_{place}": name.encode()}
     return table | {"default": b""}

@@ -14,7 +14,6 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from firmware_protocol.documents import json_line
 from firmware_protocol.errors import BadInputError
@@ -48,12 +47,12 @@ def linked(before: str, ticks: bytes, frames: bytes, events: bytes) -> str:
     return digest.hexdigest()
 
 
-def plain_hash(content: Any) -> str:
+def plain_hash(content: object) -> str:
     """SHA-256 of plain data, whatever the order of its keys."""
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def sealed_with(last: str, end: Mapping[str, Any]) -> str:
+def sealed_with(last: str, end: Mapping[str, object]) -> str:
     """The hash that seals a run whose last block has the hash `last` and which ended as `end` says."""
     return hashlib.sha256(bytes.fromhex(last) + bytes.fromhex(plain_hash(end))).hexdigest()
 

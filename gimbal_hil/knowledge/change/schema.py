@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from gimbal_hil.knowledge.change.comparing import ChangeKind, Heard
 from gimbal_hil.knowledge.discrepancy import Status
 
-Schema = dict[str, Any]
+Schema = dict[str, object]
 _TEXT: Schema = {"type": "string"}
 _NUMBER: Schema = {"type": "number"}
 _PROBABILITY: Schema = {"type": "number", "minimum": 0, "maximum": 1}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import AdapterLinkConfig
@@ -35,7 +34,7 @@ class AxisTables:
     left_out: tuple[Remark, ...]
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> dict[str, object]:
         """What the tables do not say: units, the travel of a reversal, what is held."""
         make = MAKES[self.make]
         per_turn, _ = make.units(self.drive)

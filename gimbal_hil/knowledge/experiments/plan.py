@@ -23,7 +23,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
@@ -62,7 +62,7 @@ class AxisPlan(Strict):
 
     @model_validator(mode="before")
     @classmethod
-    def _split(cls, section: Any) -> Any:
+    def _split(cls, section: object) -> object:
         if not isinstance(section, dict) or "reference" in section:
             return section
         name = str(section.get("mode", "off"))
@@ -224,7 +224,7 @@ def load_plan(path: Path, axes: Sequence[str] = AXIS_NAMES) -> Plan:
     return plan_from_document(read_yaml(path, "a plan file with the keys schema, name, segments"), str(path), axes)
 
 
-def plan_from_document(document: Any, where: str, axes: Sequence[str] = AXIS_NAMES) -> Plan:
+def plan_from_document(document: object, where: str, axes: Sequence[str] = AXIS_NAMES) -> Plan:
     """Check a plan given as a mapping; BadInputError as in `load_plan`. `outer` and `inner` are understood whatever the
     axes' names.
     """
@@ -237,7 +237,7 @@ def plan_from_document(document: Any, where: str, axes: Sequence[str] = AXIS_NAM
         raise _in_own_words(refusal, document, axes) from None
 
 
-def _in_own_words(refusal: BadInputError, document: dict[str, Any], axes: Sequence[str]) -> BadInputError:
+def _in_own_words(refusal: BadInputError, document: dict[str, object], axes: Sequence[str]) -> BadInputError:
     """The refusal with the axes called as the file calls them."""
     if tuple(axes) == AXIS_NAMES:
         return refusal
@@ -250,14 +250,14 @@ def _in_own_words(refusal: BadInputError, document: dict[str, Any], axes: Sequen
     return BadInputError(where, refusal.problem, refusal.expected, others)
 
 
-def _by_place(document: dict[str, Any], axes: Sequence[str]) -> dict[str, Any]:
+def _by_place(document: dict[str, object], axes: Sequence[str]) -> dict[str, object]:
     """A plan in which the axes are called `outer` and `inner`, as the fields above are; the other names in it stay."""
     places = dict(zip(axes, AXIS_NAMES, strict=True))
 
-    def renamed(section: Any) -> Any:
+    def renamed(section: object) -> object:
         return {places.get(key, key): value for key, value in section.items()} if isinstance(section, dict) else section
 
-    def of_segment(segment: Any) -> Any:
+    def of_segment(segment: object) -> object:
         if not isinstance(segment, dict):
             return segment
         ends = segment.get("end")
@@ -273,5 +273,5 @@ def _by_place(document: dict[str, Any], axes: Sequence[str]) -> dict[str, Any]:
     return document | {"segments": [of_segment(one) for one in segments]} if isinstance(segments, list) else document
 
 
-def _names_axis(end: Any) -> bool:
+def _names_axis(end: object) -> bool:
     return isinstance(end, dict) and isinstance(end.get("axis"), str)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -210,7 +210,7 @@ AnyReference = Annotated[
     Hold | Ramp | Sine | Chirp | Trapezoid | Smooth | Pulses | TableReference | Multisine,
     Field(discriminator="shape"),
 ]
-ANY_REFERENCE: TypeAdapter[Any] = TypeAdapter(AnyReference)
+ANY_REFERENCE: TypeAdapter[object] = TypeAdapter(AnyReference)
 SHAPES: dict[str, type[Reference]] = {
     "hold": Hold,
     "ramp": Ramp,
@@ -224,14 +224,14 @@ SHAPES: dict[str, type[Reference]] = {
 }
 
 
-def without_units(section: dict[str, Any], mode: Mode) -> dict[str, Any]:
+def without_units(section: dict[str, object], mode: Mode) -> dict[str, object]:
     """A reference's keys with the unit of `mode` taken off; ValueError names the key that should stand there
     instead.
     """
     kind = SHAPES.get(str(section.get("shape", "hold")))
     if kind is None or mode not in UNITS:
         return section
-    plain: dict[str, Any] = {}
+    plain: dict[str, object] = {}
     for key, value in section.items():
         name = next(
             (name for name in kind.quantities if key == name or key.removeprefix(name + "_") in _EVERY_UNIT), None

@@ -254,7 +254,8 @@ class _Loop:
                 text = "What was taken over explains a motion that it had not seen to its noise."
                 kind, took_s = "no_discrepancy", time.monotonic() - began
                 step = NextStep.AT_THE_FLOOR.value
-                one = Diagnosed(number, kind, text, gaps, [], [], step, None, [], "", None, took_s)
+                as_kept = [dict(gap) for gap in gaps]
+                one = Diagnosed(number, kind, text, as_kept, [], [], step, None, [], "", None, took_s)
                 return self._noted(one), None
         diagnosis = self._searched(number)
         found = verdict_of(diagnosis)

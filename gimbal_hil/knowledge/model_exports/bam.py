@@ -8,7 +8,6 @@ beside it: model m2, or m4 where friction grows with the torque.
 from __future__ import annotations
 
 import json
-from typing import Any
 
 from gimbal_hil.knowledge.model_exports.account import Account, ExportedModel
 from sim_backend.model import AntennaModel
@@ -20,7 +19,7 @@ _ACTUATOR = "torque"
 def bam_of(model: AntennaModel) -> ExportedModel:
     """A JSON object by axis, each with BAM's own keys; `armature` is the moment about the joint."""
     held: set[tuple[str, str]] = set()
-    document: dict[str, dict[str, Any]] = {}
+    document: dict[str, dict[str, object]] = {}
     for axis in model.axes:
         level = model.number(axis, "friction.coulomb")
         load = [

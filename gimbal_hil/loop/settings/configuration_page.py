@@ -7,7 +7,6 @@ the two to each other, and the examples to the loader.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from pydantic import BaseModel
 
@@ -184,14 +183,14 @@ def _shipped(title: str) -> Callable[[str], str]:
     sections = [getattr(axis, name) for axis in shipped_settings().axes.values()]
 
     def of(key: str) -> str:
-        values: list[Any] = [getattr(section, key, None) for section in sections]
+        values: list[object] = [getattr(section, key, None) for section in sections]
         words = [_word(value) for value in values]
         return words[0] if words[0] == words[1] else " / ".join(words)
 
     return of
 
 
-def _word(value: Any) -> str:
+def _word(value: object) -> str:
     if value is None:
         return "none"
     if isinstance(value, bool):

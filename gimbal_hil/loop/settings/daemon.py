@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -329,7 +329,7 @@ def load_settings(path: Path) -> DaemonSettings:
     return settings_from_document(document, str(path), path.parent)
 
 
-def settings_from_document(document: Any, where: str, folder: Path | None = None) -> DaemonSettings:
+def settings_from_document(document: object, where: str, folder: Path | None = None) -> DaemonSettings:
     """Check a configuration given as a mapping; BadInputError as in `load_settings`. A model's path counts from
     `folder`.
     """
@@ -360,7 +360,7 @@ def settings_from_document(document: Any, where: str, folder: Path | None = None
     return settings
 
 
-def with_changes(settings: DaemonSettings, changes: Mapping[str, Any], where: str = "changes") -> DaemonSettings:
+def with_changes(settings: DaemonSettings, changes: Mapping[str, object], where: str = "changes") -> DaemonSettings:
     """Settings in which the values at dotted keys (`axes.outer.rate_loop.kp_s_per_rad`) are others; BadInputError where
     they do not fit together.
     """
@@ -394,7 +394,7 @@ def adapted(settings: DaemonSettings, link: AdapterLinkConfig, where: str, folde
         raise BadInputError(f"{where}: supervisor.unnamed_axis", problem, "position or free")
     drives = tuple(drive.model_copy(update={"map": found(drive.map)}) for drive in link.drives)
     given = link.model_fields_set
-    follows: dict[str, Any] = {"drives": drives}
+    follows: dict[str, object] = {"drives": drives}
     if "rate_hz" not in given:
         follows["rate_hz"] = settings.rate_hz
     if "watchdog_s" not in given:

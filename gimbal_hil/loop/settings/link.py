@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import BaseModel, Discriminator, Field, Tag
 
@@ -38,7 +38,7 @@ class EmbeddedAntenna(Strict):
     embedded: Embedded = Field(default=Embedded(), description="which model, and which noise")
 
 
-def _kind(link: Any) -> str | None:
+def _kind(link: object) -> str | None:
     if isinstance(link, EmbeddedAntenna) or (isinstance(link, dict) and "embedded" in link):
         return "embedded"
     kind = link.get("kind") if isinstance(link, dict) else getattr(link, "kind", None)

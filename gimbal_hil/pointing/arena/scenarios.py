@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
@@ -28,7 +28,7 @@ from sim_backend.shipped import shipped_file
 _AIRCRAFT: dict[str, type[AircraftMotion]] = {"turbulence": Turbulence, "manoeuvre": Manoeuvre, "swing": Swing}
 
 
-def _kind(base: Any) -> str:
+def _kind(base: object) -> str:
     motion = base.get("motion") if isinstance(base, dict) else getattr(base, "motion", None)
     return motion if isinstance(motion, str) and motion in _AIRCRAFT else "model"
 
@@ -71,7 +71,7 @@ class Scenario(Strict):
 
     @model_validator(mode="before")
     @classmethod
-    def _held_axes(cls, section: Any) -> Any:
+    def _held_axes(cls, section: object) -> object:
         if not isinstance(section, dict):
             return section
         held = {axis: {"mode": "position"} | (section.get(axis) or {}) for axis in ("outer", "inner")}

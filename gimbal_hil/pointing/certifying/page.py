@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,7 +31,7 @@ _GROUPS: tuple[tuple[str, Callable[[FlownFlight], bool]], ...] = (
 )
 
 
-def certificate_document(found: Certificate, where: str) -> dict[str, Any]:
+def certificate_document(found: Certificate, where: str) -> dict[str, object]:
     """For machines; angles in degrees, times in s."""
     need, times = found.task.requirement, [one.computed_s for one in found.flights]
 

@@ -7,7 +7,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -62,7 +61,7 @@ def moved(model: AntennaModel, base: str, duration_s: float, seed: int, folder: 
         path = folder / "base.csv"
         write_motion(path, *_named(base, duration_s, seed, model.file.boresight))
     _require_motion(base, path)
-    section: dict[str, Any] = {"motion": "recorded", "file": str(path.resolve())}
+    section: dict[str, object] = {"motion": "recorded", "file": str(path.resolve())}
     return model.with_base(section | {"ins_age_s": model.file.base.ins_age_s})
 
 

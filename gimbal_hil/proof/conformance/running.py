@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 from firmware_protocol.schema import RECORD_SIZE
 from gimbal_hil.data.runs import EventKind, RunHeader, RunWriter, tick_rows
@@ -24,7 +23,7 @@ _MODULES: tuple[ModuleType, ...] = (wire_checks, state_checks, deadman_checks, t
 #: what is flushed to the evidence at once
 _ROWS = 256
 
-Check = Callable[[Stand, Any], str]
+Check = Callable[[Stand, object], str]
 #: name -> function; one that is about a table takes the whole requirement in place of its limits
 CHECKS: Mapping[str, Check] = {
     name: function
@@ -58,7 +57,7 @@ class RequirementFinding:
     evidence: Path | None = None
     steps: tuple[str, ...] = ()
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """For JSON."""
         return {
             "id": self.requirement.id,
@@ -79,7 +78,7 @@ class Bench:
     """An antenna under test; `configuration` and `out` are for the evidence, without `out` there is none."""
 
     carrier: Carrier
-    configuration: Mapping[str, Any] = field(default_factory=dict)
+    configuration: Mapping[str, object] = field(default_factory=dict)
     out: Path | None = None
     force: bool = False
     _counters: dict[str, int] = field(default_factory=dict)

@@ -6,7 +6,6 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from gimbal_hil.pages.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
 from gimbal_hil.proof.thesis.controller_tables import PRINT_LIMIT, Agreement
@@ -51,7 +50,7 @@ def write_report(report: ThesisReport, out: Path) -> ThesisReport:
     return replace(report, page=thesis_page(report).write(out / "report.html"))
 
 
-def as_document(report: ThesisReport) -> dict[str, Any]:
+def as_document(report: ThesisReport) -> dict[str, object]:
     """The report's numbers for other tools; null where a response never settles."""
     return {
         "schema": 1,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import Any
 
 from gimbal_hil.realtime.telemetry import Capture, Scope, capture_columns, signal_names
 
@@ -27,12 +26,12 @@ class ScopeScreen:
             kept.popleft()
         self._kept = tuple(kept)
 
-    def document(self, have: int, axes: Sequence[str], wanted: int = 0) -> dict[str, Any]:
+    def document(self, have: int, axes: Sequence[str], wanted: int = 0) -> dict[str, object]:
         """For the page: capture number `wanted` (0, or one that is gone: the newest), left out where it is number
         `have`, which the page shows already.
         """
         kept = self._kept
-        found: dict[str, Any] = {
+        found: dict[str, object] = {
             "state": self.scope.state.value,
             "settings": asdict(self.scope.settings),
             "signals": signal_names(axes),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any
 
 from gimbal_hil.loop.host import DRIVE_GUARDS, HOST_GUARDS, HostCause, HostState, word_of
 
@@ -26,7 +25,7 @@ class StopTold:
     look_at: str
     left_by: str
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """For JSON."""
         return asdict(self)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -46,7 +46,7 @@ def command(
     link = check_link(settings)
     machine = _measure(settings, seconds, as_json)
     holds = machine.holds and link.good
-    answer: dict[str, Any] = {"holds": holds, "machine": machine.as_dict(), "link": link.as_dict()}
+    answer: dict[str, object] = {"holds": holds, "machine": machine.as_dict(), "link": link.as_dict()}
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         (out / REPORT_FILE).write_text(json.dumps(answer, indent=2) + "\n")

@@ -133,8 +133,8 @@ def _rehearsed(model: AntennaModel, link: object, tables: tuple[AxisTables, ...]
 
 
 def _lines(tables: AxisTables) -> list[str]:
-    about = tables.document
-    lines = [f"{about['axis']} ({about['drive']} {about['id']}): {', '.join(about['files'])}"]
+    drive = tables.drive
+    lines = [f"{drive.axis} ({tables.make} {drive.section.id}): {', '.join(sorted(tables.files))}"]
     lines += [f"  {one.item.name} ({one.item.value}): {one.reason}" for one in tables.approximated]
     lines += [f"  {one.item.name} ({one.item.value}) left out: {one.reason}" for one in tables.left_out]
     return lines

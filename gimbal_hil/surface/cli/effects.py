@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -44,7 +44,7 @@ def command(
     return EXIT_DONE
 
 
-def as_document(effect: Effect) -> dict[str, Any]:
+def as_document(effect: Effect) -> dict[str, object]:
     """One effect for other tools; `neutral` is null where the number is the model's own and has no value that means
     absent.
     """

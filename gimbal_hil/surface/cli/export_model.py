@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -59,7 +59,7 @@ def _say_that_it_takes_time() -> None:
         print(text, file=sys.stderr, flush=True)
 
 
-def _document(exported: ExportedModel) -> dict[str, Any]:
+def _document(exported: ExportedModel) -> dict[str, object]:
     return {
         "held": [vars(item) for item in exported.held],
         "approximated": [{**vars(one.item), "how": one.reason} for one in exported.approximated],

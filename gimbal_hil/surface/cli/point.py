@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import UTC
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -291,7 +291,7 @@ def _tell(judged: _Judged, beyond_rad: float, folder: Path, run: Path | None, as
         judged.about,
         judged.log.record.header.axes,
     )
-    document: dict[str, Any] = {"target": judged.target.name, "run": str(run or folder), **figures.as_dict()}
+    document: dict[str, object] = {"target": judged.target.name, "run": str(run or folder), **figures.as_dict()}
     document["boresight"] = judged.looks.value
     if judged.sync is not None:
         document["clock"] = {

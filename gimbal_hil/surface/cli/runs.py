@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -157,7 +157,7 @@ def _compare(first: Path, second: Path, out: Path | None, tolerance: float | Non
 
 
 def _lines(found: Comparison) -> list[str]:
-    def shown(value: Any) -> str:
+    def shown(value: object) -> str:
         return "-" if value is None else f"{value:.6g}"
 
     lines = [] if found.sound else ["NOT AS RECORDED: what follows is of the rest; the notes say what is wrong"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -50,7 +50,7 @@ def command(
     return EXIT_DONE
 
 
-def as_document(found: Foreseen) -> dict[str, Any]:
+def as_document(found: Foreseen) -> dict[str, object]:
     """What was foreseen, for other tools."""
     return {
         "schema": 1,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -211,7 +211,7 @@ def _lines(found: Tuning, name: str, aim: str) -> list[str]:
     return lines + [f"{part} stays off: {why}" for part, why in found.left_off.items()]
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     if isinstance(value, dict):
         return ", ".join(f"{key} {_shown(one)}" for key, one in value.items())
     if isinstance(value, bool):
@@ -219,7 +219,7 @@ def _shown(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _as_dict(found: Tuning) -> dict[str, Any]:
+def _as_dict(found: Tuning) -> dict[str, object]:
     from dataclasses import asdict
 
     return {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
 #: title, unit as Grafana calls it, queries with their legends
 _PANELS = (
@@ -39,7 +38,7 @@ _WIDTH, _HEIGHT = 8, 7
 def grafana_dashboard() -> str:
     """JSON to import; it asks for the Prometheus that scrapes `http://127.0.0.1:PORT/metrics`."""
     source = {"type": "prometheus", "uid": "${DS_PROMETHEUS}"}
-    panels: list[dict[str, Any]] = [
+    panels: list[dict[str, object]] = [
         {
             "id": place + 1,
             "type": "timeseries",

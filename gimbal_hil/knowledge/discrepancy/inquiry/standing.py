@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
@@ -20,7 +20,26 @@ from gimbal_hil.knowledge.discrepancy.twin import Twin, record_of
 from sim_backend.model import AntennaModel
 
 
-def standing(model: AntennaModel, table: SignalsTable) -> list[dict[str, Any]]:
+class StandingGap(TypedDict):
+    """One entry of `gaps` in verdict.json, where nothing was searched: the keys that are closed shares are null."""
+
+    axis: str
+    signal: str
+    unit: str
+    band_hz: list[float]
+    before: float
+    after: float
+    noise_floor: float
+    noise_floor_after: float
+    noise_floor_from: str
+    processing_floor: float
+    closed_fraction: None
+    closed_low: None
+    closed_high: None
+    on: str
+
+
+def standing(model: AntennaModel, table: SignalsTable) -> list[StandingGap]:
     """One gap per channel in the form of a verdict's `gaps`, before and after being the same: nothing is searched for
     or tuned.
     """

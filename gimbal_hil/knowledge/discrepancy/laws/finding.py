@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -190,7 +189,7 @@ def _with(inquiry: Inquiry, found: Described, curve: Curve) -> tuple[Curve, Desc
     return (more, twice) if left[1] < left[0] else (curve, once)
 
 
-def _under(inquiry: Inquiry, found: Described, entry: dict[str, Any]) -> Described:
+def _under(inquiry: Inquiry, found: Described, entry: dict[str, object]) -> Described:
     """With one more law in the model, and its known numbers fitted beside it."""
     model = found.model.with_law(entry)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -59,7 +58,7 @@ class Formula:
         texts = [t.text(variables, direction, n) for t, n in zip(self.written.terms, names, strict=True)]
         return " + ".join(texts)
 
-    def numbers(self, is_linear: bool) -> dict[str, dict[str, Any]]:
+    def numbers(self, is_linear: bool) -> dict[str, dict[str, object]]:
         """Value, unit and interval of each number by its name."""
         shape, found = self.shape, {}
         unit = UNIT_OF[shape.acts_on][is_linear]
@@ -82,7 +81,7 @@ class Formula:
                 found[name] = {"value": _rounded(value), "unit": its}
         return found
 
-    def entry(self, is_linear: bool) -> dict[str, Any]:
+    def entry(self, is_linear: bool) -> dict[str, object]:
         """As it stands in `effects:` of a model file."""
         return {
             "kind": LawKind.FORMULA.value,

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from gimbal_hil.knowledge.discrepancy.judgement import Result
 from gimbal_hil.knowledge.discrepancy.laws import DescribedLaw
 from gimbal_hil.pages.report import quantity
 from sim_backend.model import UNIT_OF, UNIT_OVER
 
 
-def laws_of(result: Result) -> tuple[dict[str, Any], ...]:
+def laws_of(result: Result) -> tuple[dict[str, object], ...]:
     """Entries of `laws` in verdict.json."""
     return () if result.described is None else tuple(_entry(result, law) for law in result.described.laws)
 
 
-def _entry(result: Result, law: DescribedLaw) -> dict[str, Any]:
+def _entry(result: Result, law: DescribedLaw) -> dict[str, object]:
     curve, linear = law.curve, result.model.is_linear
     entry = curve.entry(linear)
     told = ("knots", "values", "forward", "backward", "low", "high", "direction_travel", "slack", "memory_s")

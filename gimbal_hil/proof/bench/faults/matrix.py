@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from contextlib import closing
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 
@@ -37,7 +36,7 @@ class FaultOutcome:
     recorded: bool
     problem: str
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         """For JSON."""
         found = {key: value for key, value in asdict(self).items() if key != "row"}
         bounds = {"safe_s": self.row.safe_s, "excess_rad_s": self.row.excess_rad_s, "travel_rad": self.row.travel_rad}
