@@ -155,6 +155,15 @@ def test_positions_on_straight_lines_between_reads_keep_the_reads(tmp_path: Path
     assert any(f"straight between reads every {every} rows only" in note for note in table.notes)
 
 
+def test_torque_on_the_same_lines_as_the_position_stays_with_it(tmp_path: Path) -> None:
+    reads = np.arange(0, ROWS, 10)
+    lines = [np.interp(np.arange(ROWS), reads, column[reads]) for column in (TORQUE, POSITION)]
+    path = tmp_path / "log.csv"
+    rows = (f"{t},{u:.9g},{q:.9g}" for t, u, q in zip(TIME.tolist(), *lines, strict=True))
+    path.write_text("\n".join(["t,tau,q", *rows]) + "\n", encoding="utf-8")
+    assert len(read(path)) == ROWS
+
+
 def test_an_encoder_that_changes_now_and_then_is_no_stair(tmp_path: Path) -> None:
     coarse = np.round(POSITION / 0.02) * 0.02
     rows = zip(TIME.tolist(), TORQUE.tolist(), coarse.tolist(), strict=True)

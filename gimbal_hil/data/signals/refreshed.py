@@ -33,8 +33,12 @@ def on_refreshed_rows(table: SignalsTable) -> SignalsTable:
     stair = _stair(rows)
     how, first = "refreshed", int(rows[0]) % max(stair, 1)
     if stair < 2:
-        lines = {_lines(table.position(axis)) for axis, found in zip(table.axes, changes, strict=True) if len(found)}
+        moved = [axis for axis, found in zip(table.axes, changes, strict=True) if len(found)]
+        lines = {_lines(table.position(axis)) for axis in moved}
         if len(lines) > 1 or (only := next(iter(lines))) is None:
+            return table
+        # where torque was put on the same lines, both lack the same of what is fast, and agree as they are
+        if any(_lines(table.torque(axis)) is not None for axis in moved):
             return table
         how, (stair, first) = "straight between reads", only
     thinned = on_grid(table.rows(first, len(table)), stair * table.period_s)
