@@ -108,7 +108,7 @@ def _creeping_alike(seen: Seen) -> AxisSample:
 
 _STILL = "true feedback of an axis that stands still is the same, until a loop asks for more torque than may hold it"
 ROWS = (
-    Row("all of it stands still", _frozen, 1200, ("rest",), _STILL),
+    Row("all of it stands still", _frozen, 1200),
     Row(
         "the position stands still, the rate is true",
         lambda seen: replace(seen.now, position_rad=seen.then.position_rad),
@@ -144,7 +144,7 @@ ROWS = (
         ("rest", "slow", "fast"),
         "two numbers of one sensor agree, and the axis does what they say: only a second sensor can tell",
     ),
-    Row("samples of 0.1 s repeat themselves for ever", _repeated, 1500, ("rest",), _STILL, 10.0),
+    Row("samples of 0.1 s repeat themselves for ever", _repeated, 1500),
     Row("every sample is 60 ms late", _late, 1500),
     Row("the drive restarts and its zero is lost", _restarted, 100),
     Row("the position jumps by 18 degrees", _shifted(math.radians(18.0)), 5),
