@@ -204,12 +204,15 @@ class Cia402Drive:
         return written(self._id, *self._writes[0]) if self._writes else CanFrame(NMT, bytes([_START, self._id]))
 
     def _sync(self) -> list[CanFrame]:
-        """The question for the next sample; a node that answers none any more is told again first what it was told
-        last: to take an object, whose answer may be lost, or to start.
+        """The question for the next sample; a node that answers none any more is told again first to start, or set up
+        from the beginning: the last object alone may be refused by one that took it and whose answer was lost, as a PDO
+        is that is switched on twice.
         """
         self._silent += 1
         again = not self._refused and self._silent % _SILENT_TICKS == 0
-        return [*([self._next_write()] if again else []), CanFrame(SYNC, b"")]
+        if not again:
+            return [CanFrame(SYNC, b"")]
+        return [*(self.begin() if self._writes else [self._next_write()]), CanFrame(SYNC, b"")]
 
     def _queued(self) -> list[CanFrame]:
         queued, self._outbox = self._outbox, []

@@ -10,6 +10,7 @@ from gimbal_hil.loop.host import AxisCommand, HostState, Mode, Segment, Shape, l
 from gimbal_hil.pointing.arena import CONTROLLERS, LAWS, controller_settings
 from gimbal_hil.realtime.lockstep import CompiledPath
 from sim_backend.model import shipped_model
+from tests.parts import heavy_but
 
 AXES = ("outer", "inner")
 #: where the shaped reference, taken for a rate, would ask for the most
@@ -40,7 +41,7 @@ def torques(engine: CompiledPath, ticks: int) -> np.ndarray:
 
 @pytest.mark.parametrize("does", DOES)
 #: those whose loops the host closes; a law of the arena brakes nothing
-@pytest.mark.parametrize("controller", [name for name in CONTROLLERS if name not in LAWS])
+@pytest.mark.parametrize("controller", heavy_but(("thesis", "tuned_both"), [c for c in CONTROLLERS if c not in LAWS]))
 def test_a_stop_begins_with_the_torque_that_acts(controller: str, does: str) -> None:
     engine = antenna(controller, does)
     before = torques(engine, 500)[-1]
