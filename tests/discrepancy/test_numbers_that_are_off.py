@@ -20,15 +20,15 @@ from tests.blind.files import SHIPPED_MODEL
 from tests.discrepancy.test_logs_of_strangers import COULOMB, INERTIA, STEP, swing, table
 
 
-def _arm() -> AntennaModel:
-    """One joint with a mass, whose numbers are known to 10 %."""
+def arm(**more: object) -> AntennaModel:
+    """One joint with a mass, whose numbers are known to 10 %; `more` are sections of its file."""
     axis = {
         "body": {"mass": 1.0, "inertia": {"zz": INERTIA}},
         "friction": {"coulomb": COULOMB, "breakaway": COULOMB, "viscous": 0.001},
         "encoder": {"step": STEP},
     }
     document = {"schema": 1, "name": "arm", "kind": "rotary", "incline_sine": 0.0, "uncertainty": "10%"}
-    return model_from_document(document | {"axes": {"pan": axis}}, "arm")
+    return model_from_document(document | {"axes": {"pan": axis}} | more, "arm")
 
 
 @contextmanager
@@ -43,7 +43,7 @@ def _asked(*effects: str, times: float = 1.0) -> Iterator[tuple[Inquiry, State]]
     with open_executor(1, None) as executor:
         names = effect_names(effects, ())
         inquiry, _ = prepared(
-            _arm(), tuple(logs[:1]), tuple(logs[1:]), None, names, Policy(), executor, lambda text: None
+            arm(), tuple(logs[:1]), tuple(logs[1:]), None, names, Policy(), executor, lambda text: None
         )
         yield recalibrated(inquiry, as_stated(inquiry))
 
@@ -83,7 +83,7 @@ def test_two_numbers_that_are_off_are_told_as_themselves_each_beside_its_control
     for speed in (1.0, 0.8):
         t, torque, position = swing(20.0, noise=0.001, coulomb=0.7 * COULOMB, speed=speed)
         logs.append(table({"pan.torque": 1.18 * torque, "pan.position": position}, t))
-    model = _arm()
+    model = arm()
     result = diagnose(Request(model, tuple(logs[:1]), tuple(logs[1:])))
     found = verdict_of(result)
     assert {e["name"] for e in found.document["effects"]} == {"coulomb", "inertia"}
@@ -104,7 +104,7 @@ def test_centres_and_products_go_either_side_of_zero_also_from_there() -> None:
 
 
 def test_a_number_that_is_zero_floats_as_far_as_the_file_says_of_it() -> None:
-    document = _arm().document
+    document = arm().document
     document["axes"]["pan"]["body"]["cog"] = {"z": {"value": 0.0, "uncertainty": 0.005}}
     document["axes"]["pan"]["actuator"] = {"offset": {"value": 0.0, "uncertainty": 0.02}}
     known = {k.path: k for k in known_numbers(model_from_document(document, "arm"))}
@@ -126,7 +126,7 @@ def test_a_gain_that_is_known_to_a_share_moves_within_it_and_nothing_is_told_in_
         t, torque, position = swing(20.0, noise=0.001, speed=speed)
         commanded = (torque + ripple * np.sin(9.0 * position)) / 1.1
         logs.append(table({"pan.torque": commanded, "pan.position": position}, t))
-    document = _arm().document | {"uncertainty": "1%"}
+    document = arm().document | {"uncertainty": "1%"}
     document["axes"]["pan"]["actuator"] = actuator
     found = verdict_of(
         diagnose(Request(model_from_document(document, "arm"), tuple(logs[:1]), tuple(logs[1:])))
@@ -138,4 +138,4 @@ def test_a_gain_that_is_known_to_a_share_moves_within_it_and_nothing_is_told_in_
 
 
 def test_a_gain_of_which_the_file_says_nothing_stays() -> None:
-    assert not [known for known in known_numbers(_arm()) if known.path == "actuator.gain_error"]
+    assert not [known for known in known_numbers(arm()) if known.path == "actuator.gain_error"]

@@ -9,9 +9,10 @@ from gimbal_hil.knowledge.discrepancy import Request, diagnose, verdict_of
 from gimbal_hil.knowledge.discrepancy.hypotheses import Cause, Hypothesis, parameters_of, values_of
 from gimbal_hil.knowledge.discrepancy.verdict.corrected import explained_by
 from sim_backend.effects import CATALOGUE
-from sim_backend.model import AntennaModel, model_from_document, shipped_model
+from sim_backend.model import AntennaModel, shipped_model
 from tests.discrepancy.test_hypothesis_bounds import named, twin_of
-from tests.discrepancy.test_logs_of_strangers import COULOMB, INERTIA, STEP, swing, table
+from tests.discrepancy.test_logs_of_strangers import swing, table
+from tests.discrepancy.test_numbers_that_are_off import arm
 
 IN_PLACE = sorted(effect.name for effect in CATALOGUE.values() if effect.moves_in_place)
 SHAPED = sorted(e.name for e in CATALOGUE.values() if not e.is_number and not e.moves_in_place)
@@ -65,14 +66,8 @@ def test_an_effect_that_is_gone_stands_at_no_bound(name: str) -> None:
 
 
 def test_friction_that_is_alike_both_ways_needs_no_other_level() -> None:
-    axis = {
-        "body": {"mass": 1.0, "inertia": {"zz": INERTIA}},
-        "friction": {"coulomb": COULOMB, "breakaway": COULOMB, "viscous": 0.001},
-        "encoder": {"step": STEP},
-    }
-    document = {"schema": 1, "name": "arm", "kind": "rotary", "incline_sine": 0.0, "uncertainty": "1%"}
     effects = [{"name": "coulomb_asymmetry", "axis": "pan", "asymmetry": 0.3}]
-    model = model_from_document(document | {"axes": {"pan": axis}, "effects": effects}, "arm")
+    model = arm(uncertainty="1%", effects=effects)
     logs = []
     for speed in (1.0, 0.8):
         t, torque, position = swing(20.0, noise=0.003, speed=speed)

@@ -249,12 +249,12 @@ def values_of(
     effect, axis = cause.family.label
     hooks = [i for i, c in enumerate(hypothesis.causes) if not CATALOGUE[c.family.effect].is_number]
     offset = structure.offsets[hooks.index(index)] if index in hooks else -1
+    is_stated = model.own_instance(effect, axis) is not None
     found: dict[str, tuple[float, float | None]] = {}
     for j, parameter in enumerate(CATALOGUE[effect].parameters):
         if parameter.path is None:
             if any(parameter.name in knob.parameters for knob in cause.family.knobs):
-                own = model.own_instance(effect, axis)
-                found[parameter.name] = float(P[offset + j]), None if own is None else float(structure.P[offset + j])
+                found[parameter.name] = float(P[offset + j]), float(structure.P[offset + j]) if is_stated else None
         else:
             path = model.number_path(axis, parameter.path)
             nominal = model.number(axis, path)

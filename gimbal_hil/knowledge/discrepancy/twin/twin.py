@@ -107,10 +107,12 @@ class Twin:
         if key not in self._structures:
             model = self.model
             own = len([entry for entry in model.effects if not entry.effect.is_number])
-            own_at = {label: self.model.own_instance(*label) for label in key}
+            places: list[int | None] = []
             for name, axis in key:
-                if not CATALOGUE[name].is_number and own_at[name, axis] is None:
-                    model = model.with_effect(name, axis, {})
+                at = None if CATALOGUE[name].is_number else self.model.own_instance(name, axis)
+                if at is None and not CATALOGUE[name].is_number:
+                    model, at, own = model.with_effect(name, axis, {}), own, own + 1
+                places.append(at)
             present = [CATALOGUE[name] for name, _ in key] + [entry.effect for entry in model.effects]
             period_s = self.records[0].bands.period_s
             steps = max([effect.fine_steps for effect in present], default=1) * max(
@@ -122,22 +124,14 @@ class Twin:
                 block = layout.axis_block(i)
                 P[block + layout.GYRO_NOISE] = P[block + layout.GYRO_STEP] = P[block + layout.STOP_STIFFNESS] = 0.0
             instances = range(layout.EFFECT_PARAMETERS, len(P), layout.PARAMETERS_PER_INSTANCE)
-            appended = iter(instances[own:])
-            places = tuple(
-                -1
-                if CATALOGUE[label[0]].is_number
-                else next(appended)
-                if (at := own_at[label]) is None
-                else instances[at]
-                for label in key
-            )
+            offsets = tuple(-1 if at is None else instances[at] for at in places)
             ringing = frozenset(entry.axis for entry in model.effects if entry.effect.rings_on_encoder_noise)
             hooks = tuple(
                 (entry.effect.name, model.axes.index(entry.axis))
                 for entry in model.effects
                 if not entry.effect.is_number
             )
-            self._structures[key] = Structure(P, K, arrays.X, steps, places, ringing, hooks)
+            self._structures[key] = Structure(P, K, arrays.X, steps, offsets, ringing, hooks)
         return self._structures[key]
 
     def evaluated(self, structure: Structure, P: Floats, record: Record) -> Evaluation:
