@@ -3,7 +3,7 @@
 Numba would optimise such a function by itself, once more inside each function that calls it, and so on up to what
 Python calls, and would turn every one of these into machine code that nobody runs. Here an inner function stays as it
 was translated until the one that Python calls has them all in it: there they are optimised together and become machine
-code, once (decision 0140).
+code, once (decision 0144).
 """
 
 from __future__ import annotations

@@ -300,10 +300,11 @@ def _table(found: Sequence[Outcome], drive: str) -> list[str]:
     cells = {(one.row, one.motion, one.make): one for one in found if one.drive == drive}
     makes = [make for make in MAKES if any(one.make == make for one in found)]
     lines = ["| fault of the feedback | " + " | ".join(MOTIONS) + " |", "|---|" + "---|" * len(MOTIONS)]
+    alike: dict[tuple[str, ...], list[str]] = {}
     for row in ROWS:
-        told = [_cell([cells[row.name, motion, make] for make in makes], motion in row.not_in) for motion in MOTIONS]
-        lines.append(f"| {row.name} | " + " | ".join(told) + " |")
-    return lines
+        told = (_cell([cells[row.name, motion, make] for make in makes], motion in row.not_in) for motion in MOTIONS)
+        alike.setdefault(tuple(told), []).append(row.name)
+    return lines + [f"| {'; '.join(names)} | {' | '.join(told)} |" for told, names in alike.items()]
 
 
 def page(found: Sequence[Outcome]) -> str:
@@ -330,10 +331,10 @@ def page(found: Sequence[Outcome]) -> str:
 _PAGE = """# Faults of feedback behind drives of other makes
 
 Made by `python -m tests.adapters.faults --page`; do not edit. Two simulated drives of a make move the gimbal that
-`init` describes, with the configuration that `init` writes for hardware, at 1 kHz, tick by tick. What the adapter heard
-of one drive, the one that carries (first) or the one that is carried (second), is spoilt while the axes are held
-(rest), move to 0.06 rad (slow) or 0.9 rad (fast), or that one is pushed by a fifth of its torque, 3 or 1.2 N m
-(pushed). How large a fault is is said of the joint, behind the gear.
+`init` describes, with the configuration that `init` writes for hardware, at 1 kHz, tick by tick. What the adapter hears
+of one drive is spoilt: of the one that carries (first) or of the one that is carried (second). Meanwhile the axes are
+held (rest), move to 0.06 rad (slow) or 0.9 rad (fast), or that drive is pushed by a fifth of its torque, 3 or 1.2 N m
+(pushed). The size of a fault is that at the joint, behind the gear.
 
 **{noticed} of {asked} noticed**, and afterwards no drive had torque but against its own motion; {unasked} more need not
 be noticed, because nobody who has these numbers only can tell them from truth:
@@ -341,7 +342,7 @@ be noticed, because nobody who has these numbers only can tell them from truth:
 {impossible}
 
 A cell tells the cause, the time until it was told, and how far the axis went in all until half a second later, coasting
-included, from the least to the most over {makes}.
+included. Ranges are those over {makes}. Faults with the same cells share a row.
 A moteus shorts its winding, the others let go and friction stops the axis ([adapters](../reference/adapters.md)).
 A dash: not noticed, the way is that of the whole time that was watched. `OVERSPEED` and `TRAVEL` say nothing of the
 feedback: they end a push as they do where it is true. An axis that was held or moved slowly became faster by
