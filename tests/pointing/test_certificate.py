@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import json
 import math
+import tempfile
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from firmware_protocol.errors import BadInputError
 from gimbal_hil.loop.settings import shipped_settings
 from gimbal_hil.pointing.certifying import (
+    FLOWN_FILE,
     Certificate,
     FlightTask,
+    FlownFile,
     FlownFlight,
     NavigationErrors,
     PointingRequirement,
@@ -44,8 +48,11 @@ RIGHT = NavigationErrors(
 
 def task(duration_s: float = 6.0, **errors: float | tuple[float, float]) -> FlightTask:
     model = shipped_model("realistic")
-    settings = shipped_settings().for_axes(model.axes, model.where).looking(model)
-    return FlightTask(settings, model, RIGHT.model_copy(update=errors), PointingRequirement(), duration_s)
+    chosen = shipped_settings().for_axes(model.axes, model.where).looking(model)
+    return FlightTask(chosen, model, RIGHT.model_copy(update=errors), PointingRequirement(), duration_s)
+
+
+TASK = task()
 
 
 @pytest.mark.heavy
@@ -137,8 +144,10 @@ def test_errors_are_drawn_with_the_sizes_that_the_file_says() -> None:
 def test_the_command_writes_a_certificate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     navigation = tmp_path / "nav.yaml"
     navigation.write_text("schema: 1\nheading_bias_deg: 0.2\n")
-    words = ["--certify", "3", "--duration", "3", "--navigation", str(navigation), "--out", str(tmp_path / "out")]
-    code = run("point", [*words, "--json"])
+    words = ["--duration", "3", "--navigation", str(navigation), "--out", str(tmp_path / "out"), "--json"]
+    run("point", ["--certify", "2", *words])
+    capsys.readouterr()
+    code = run("point", ["--certify", "3", "--resume", *words])
     found = json.loads(capsys.readouterr().out)
     assert code == (0 if found["keeps"] else 1)
     assert [one["seed"] for one in found["each"]] == [1, 2, 3] and found["navigation_errors"]["heading_bias_deg"] == 0.2
@@ -148,10 +157,68 @@ def test_the_command_writes_a_certificate(tmp_path: Path, capsys: pytest.Capture
 
         main(["point", "--certify", "3", "--target", "azel:1,2"])
     assert end.value.code == 2
+    for wrong in (["--target", "azel:1,2", "--resume"], ["--certify", "3", "--resume"]):
+        with pytest.raises(SystemExit) as end:
+            main(["point", *wrong])
+        assert end.value.code == 2 and "--resume" in capsys.readouterr().err
+
+
+def test_a_certificate_that_was_stopped_goes_on_where_it_was_and_is_the_same(tmp_path: Path) -> None:
+    asked = task(3.0)
+    whole = certified(asked, 4, 1, 1, lambda: 0.0, lambda flights: None)
+    FlownFile(tmp_path, asked, resume=False).keep(whole.flights[1:3])
+    with (tmp_path / FLOWN_FILE).open("a") as file:
+        file.write('{"seed": 4, "gust')  # killed in the middle of a line
+    flown: list[FlownFlight] = []
+    again = FlownFile(tmp_path, asked, resume=True)
+    assert again.kept == whole.flights[1:3]
+
+    def done(flights: list[FlownFlight]) -> None:
+        flown.extend(flights)
+        again.keep(flights)
+
+    found = certified(asked, 4, 1, 1, lambda: 0.0, done, again.kept)
+    assert [one.seed for one in flown] == [1, 4]
+    assert [replace(one, computed_s=0.0) for one in found.flights] == [
+        replace(one, computed_s=0.0) for one in whole.flights
+    ]
+    assert {one.seed for one in FlownFile(tmp_path, asked, resume=True).kept} == {1, 2, 3, 4}
+    with pytest.raises(BadInputError, match="another configuration, model, navigation or duration"):
+        FlownFile(tmp_path, replace(asked, duration_s=4.0), resume=True)
+
+
+flown_flights = st.builds(
+    FlownFlight,
+    seed=st.integers(0, 2**31),
+    acquired_s=st.floats(0.0, 1e4) | st.just(math.inf),
+    stops=st.lists(st.sampled_from(("attitude_lost", "deadman")), unique=True).map(tuple),
+    histogram=st.lists(st.floats(0.0, 10.0), min_size=201, max_size=201).map(tuple),
+    **{name: st.floats(0.0, 100.0) for name in ("gust_m_s", "flown_s", "transmitting_s", "within_s", "slowest_mute_s")},
+    **{name: st.floats(-4.0, 4.0) for name in ("bank_rad", "elevation_rad")},
+    **{name: st.integers(0, 99) for name in ("mutes", "excursions", "silences")},
+    **{name: st.floats(0.0, 3.0) for name in ("worst_rad", "computed_s")},
+)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(flown_flights, max_size=3, unique_by=lambda one: one.seed))
+def test_flights_are_read_as_they_were_kept(flights: list[FlownFlight]) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        FlownFile(Path(folder), TASK, resume=False).keep(flights)
+        assert FlownFile(Path(folder), TASK, resume=True).kept == tuple(flights)
+
+
+@pytest.mark.parametrize("line", ["nonsense", "[1]", '{"seed": 1}', '{"seed": NaN}', '{"seed": 1, "seed": 2}'])
+def test_a_line_that_is_no_flight_is_refused_with_its_number(tmp_path: Path, line: str) -> None:
+    FlownFile(tmp_path, TASK, resume=False)
+    with (tmp_path / FLOWN_FILE).open("a") as file:
+        file.write(line + "\n")
+    with pytest.raises(BadInputError, match=r"flights\.jsonl: line 2"):
+        FlownFile(tmp_path, TASK, resume=True)
 
 
 def test_a_certificate_that_is_not_kept_says_which_flight() -> None:
-    found = certified(task(3.0), 2, 1, 1, lambda: 0.0, lambda more: None)
+    found = certified(task(3.0), 2, 1, 1, lambda: 0.0, lambda flights: None)
     worse = (replace(found.flights[0], slowest_mute_s=0.3), found.flights[1])
     broken = Certificate(found.task, worse, 1, 0.0)
     assert found.keeps and not broken.keeps and [one.seed for one in broken.late] == [1]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import as_completed
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -14,8 +15,8 @@ from gimbal_hil.knowledge.executor import open_executor
 from gimbal_hil.pointing.certifying.flight import ERROR_STEP_RAD, FlightTask, FlownFlight, fly
 
 Table = NDArray[np.float64]
-#: flights that a worker does at once
-_AT_ONCE = 10
+#: flights that a worker does at once, and how many such lots wait for each worker
+_AT_ONCE, _AHEAD = 10, 2
 #: of intervals; resamples of the flights
 CONFIDENCE, _RESAMPLES = 0.95, 2000
 
@@ -118,17 +119,24 @@ def certified(
     first_seed: int,
     workers: int,
     now_s: Callable[[], float],
-    say: Callable[[int], None],
+    done: Callable[[list[FlownFlight]], None],
+    flown: Sequence[FlownFlight] = (),
 ) -> Certificate:
-    """Fly all of them, seeds from the first on; `say` is told how many more are done."""
-    begun, found = now_s(), []
+    """Fly all of them, seeds from the first on, but those that are flown already; `done` gets flights as they end."""
+    begun = now_s()
     seeds = range(first_seed, first_seed + flights)
+    found = [one for one in flown if one.seed in seeds]
+    missing = sorted(set(seeds) - {one.seed for one in found})
+    waiting = deque(tuple(missing[k : k + _AT_ONCE]) for k in range(0, len(missing), _AT_ONCE))
     with open_executor(workers) as executor:
-        shared = executor.share(task)
-        parts = [executor.submit(fly_some, shared, tuple(seeds[k : k + _AT_ONCE])) for k in range(0, flights, _AT_ONCE)]
-        for done in as_completed(parts):
-            found += done.result()
-            say(len(done.result()))
+        shared, running = executor.share(task), set[Future[list[FlownFlight]]]()
+        while waiting or running:
+            while waiting and len(running) < _AHEAD * workers:
+                running.add(executor.submit(fly_some, shared, waiting.popleft()))
+            ended, running = wait(running, return_when=FIRST_COMPLETED)
+            for one in ended:
+                found += one.result()
+                done(one.result())
     return Certificate(task, tuple(sorted(found, key=lambda one: one.seed)), workers, now_s() - begun)
 
 

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 _SHARES = (0.5, 0.95, 0.99, 0.999)
 _LISTED = 12
+#: of the drawn shares, per cent
+_TICKS = [100.0, 10.0, 1.0, 0.1, 0.01, 0.001, 0.0001]
+#: last words of a key of the navigation that are its unit
+_UNITS = {"deg_s": "deg/s", "deg": "deg", "s": "s"}
 #: what is told apart: words, and who belongs to it
 _GROUPS: tuple[tuple[str, Callable[[FlownFlight], bool]], ...] = (
     ("gusts below 2 m/s", lambda one: one.gust_m_s < 2.0),
@@ -166,16 +170,24 @@ def certificate_blocks(found: Certificate) -> list[Block]:
         Table(
             ("Navigation", "Value"),
             [
-                (key.replace("_", " "), str(value))
+                (_words(key), " to ".join(f"{one:g}" for one in np.atleast_1d(value)))
                 for key, value in found.task.navigation.model_dump(mode="json", exclude={"schema_"}).items()
             ],
             "Not in it: alignment of the antenna's beam, flexing of the airframe, refraction, errors of the orbit.",
         ),
         Text(
-            f"Computed in {found.took_s:.0f} s by {found.workers} process(es), "
-            f"{np.median([one.computed_s for one in flights]):.2f} s a flight."
+            f"Computing took {sum(one.computed_s for one in flights):.0f} s for all flights together, "
+            f"{np.median([one.computed_s for one in flights]):.2f} s for one (median)."
         ),
     ]
+
+
+def _words(key: str) -> str:
+    """A key of the navigation with its unit in brackets."""
+    unit = next((one for one in _UNITS if key.endswith(f"_{one}")), None)
+    return (
+        key.replace("_", " ") if unit is None else f"{key.removesuffix(f'_{unit}').replace('_', ' ')} [{_UNITS[unit]}]"
+    )
 
 
 def _cells(interval: ShareInterval) -> tuple[str, str]:
@@ -197,12 +209,13 @@ def _distribution(found: Certificate) -> Drawing:
     beyond = 1.0 - np.cumsum(time_s) / whole
     steps = np.degrees(ERROR_STEP_RAD) * np.arange(1, len(time_s) + 1)
     shown = beyond > 0.5e-3 / whole
-    drawn = figure("", "error [deg]", "share of the time")
-    drawn.add_scatter(x=steps[shown], y=beyond[shown], name="larger than this", line=dict(color=MEASURED))
+    drawn = figure("", "error [deg]", "share of the time [%]")
+    drawn.add_scatter(x=steps[shown], y=100.0 * beyond[shown], name="larger than this", line=dict(color=MEASURED))
     need = found.task.requirement
     for limit, words in ((need.within_rad, "requirement"), (need.mute_beyond_rad, "mute")):
         drawn.add_scatter(
-            x=[math.degrees(limit)] * 2, y=[1e-6, 1.0], name=words, mode="lines", line=dict(color=ALERT, dash="dash")
+            x=[math.degrees(limit)] * 2, y=[1e-4, 100.0], name=words, mode="lines", line=dict(color=ALERT, dash="dash")
         )
-    drawn.update_yaxes(type="log", range=[-6, 0])
+    drawn.update_yaxes(type="log", range=[-4, 2], tickvals=_TICKS, ticktext=[f"{one:g}" for one in _TICKS])
+    drawn.update_xaxes(range=[0.0, 1.1 * math.degrees(need.mute_beyond_rad)])
     return drawn

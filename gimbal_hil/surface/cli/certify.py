@@ -20,18 +20,22 @@ class CertifyChoice:
     seed: int
     workers: int
     folder: Path
+    resume: bool
     as_json: bool
 
 
 def certify(choice: CertifyChoice) -> int:
     """Fly, write page and JSON, and say what counts; exit code 1 where the requirement is not kept."""
     import json
+    import sys
     import time
 
-    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
+    from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO
     from gimbal_hil.pages.report import Page
     from gimbal_hil.pointing.certifying import (
         FlightTask,
+        FlownFile,
+        FlownFlight,
         NavigationErrors,
         PointingRequirement,
         certificate_blocks,
@@ -47,13 +51,20 @@ def certify(choice: CertifyChoice) -> int:
     settings, antenna = settings_and_antenna(choice.config, choice.model)
     navigation = NavigationErrors() if choice.navigation is None else load_navigation(choice.navigation)
     task = FlightTask(settings.with_model(), antenna, navigation, PointingRequirement(), choice.duration_s)
-    with ProgressBar() as bar:
-        bar.begin("flights", choice.flights, 0.0)
-        found = certified(
-            task, choice.flights, choice.seed, choice.workers, time.monotonic, lambda more: bar.at("flights", more)
-        )
+    file = FlownFile(choice.folder, task, choice.resume)
+
+    def done(flights: list[FlownFlight]) -> None:
+        file.keep(flights)
+        bar.at("flights", len(flights))
+
+    try:
+        with ProgressBar() as bar:
+            bar.begin("flights", choice.flights, min(len(file.kept), choice.flights))
+            found = certified(task, choice.flights, choice.seed, choice.workers, time.monotonic, done, file.kept)
+    except KeyboardInterrupt:
+        print(f"interrupted; the same command with --out {choice.folder} --resume goes on", file=sys.stderr)
+        return EXIT_INTERRUPTED
     document = certificate_document(found, antenna.name)
-    choice.folder.mkdir(parents=True, exist_ok=True)
     (choice.folder / CERTIFICATE_FILE).write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     title = f"Pointing certificate of {antenna.name}"
     page = Page(title, f"{choice.flights} drawn flights", certificate_blocks(found)).write(choice.folder / PAGE_FILE)

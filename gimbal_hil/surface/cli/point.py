@@ -83,6 +83,8 @@ def command(
         if run is not None or sky.target is not None or antenna.base is not None:
             raise BadInputError("--certify", "draws targets and bases", "no --run, no --target and no --base")
         return _certify(flights, sky.duration, antenna, out, force, as_json)
+    if flights.resume:
+        raise BadInputError("--resume", "is for drawn flights", "--certify FLIGHTS")
     if sky.target is None:
         raise BadInputError("--target", "is missing", "azel:120,35, geo:13.0E, tle:FILE or a CSV file; or --stow")
     if run is not None and (antenna.config is not None or antenna.model is not None):
@@ -101,11 +103,18 @@ def command(
 def _certify(
     flights: CertifyOptions, duration_s: float, antenna: VirtualOptions, out: Path | None, force: bool, as_json: bool
 ) -> int:
+    from firmware_protocol.errors import BadInputError
     from gimbal_hil.loop.timing import wall_clock_utc
+    from gimbal_hil.pointing.certifying import FLOWN_FILE
     from gimbal_hil.surface.cli.certify import CERTIFICATE_FILE, PAGE_FILE, CertifyChoice, certify
 
+    if flights.resume and out is None:
+        raise BadInputError("--resume", "does not say which flights", "--out with their folder")
+    if flights.resume and force:
+        raise BadInputError("--resume", "keeps what is there, --force does not", "one of the two")
     folder = out or Path("runs") / f"certificate-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
-    require_new(folder, force, CERTIFICATE_FILE, PAGE_FILE)
+    written = (CERTIFICATE_FILE, PAGE_FILE, FLOWN_FILE)
+    require_new(folder, force or flights.resume, *written, instead="a new folder, --resume to go on")
     count = flights.certify or 1
     choice = CertifyChoice(
         count,
@@ -116,6 +125,7 @@ def _certify(
         antenna.seed,
         flights.workers,
         folder,
+        flights.resume,
         as_json,
     )
     return certify(choice)

@@ -30,6 +30,10 @@ class CertifyOptions:
         Path | None, typer.Option(help="With --certify: file with the errors of your navigation (YAML).")
     ] = None
     workers: Annotated[int, typer.Option(help="With --certify: processes.", min=1, max=256)] = 1
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", help="With --certify: go on in --out; FLIGHTS may be more than before."),
+    ] = False
 
 
 @dataclass(frozen=True)
