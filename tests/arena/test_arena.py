@@ -30,6 +30,7 @@ from gimbal_hil.pointing.arena import (
     shipped_scenarios,
     with_wrong_model,
 )
+from gimbal_hil.pointing.arena.trial import segments_for
 from gimbal_hil.surface.cli import main
 from sim_backend.model import shipped_model
 
@@ -65,6 +66,25 @@ def test_a_scenario_that_cannot_be_is_refused_by_file_and_key(tmp_path: Path) ->
     path.write_text("schema: 1\nname: mine\nscenarios: [{name: a, duration_s: 1.0, base: {motion: turbulence}}]\n")
     with pytest.raises(BadInputError, match="sigma_m_s"):
         load_scenarios(path)
+
+
+def test_seeds_put_the_references_all_over_a_count_of_the_encoder() -> None:
+    places = []
+    for seed in range(1, 9):
+        one = trial("table 3.2, case 4", antenna="realistic", seed=seed)
+        lead, held = segments_for(one)
+        # at rest before it is judged
+        assert lead.outer.parameters[0] == held.outer.parameters[0]
+        steps = [one.model.number(axis, "encoder.step") for axis in one.model.axes]
+        places.append((held.outer.parameters[0] / steps[0], held.inner.parameters[0] / steps[1]))
+    for axis in np.sort(np.array(places), axis=0).T:
+        assert axis[0] >= 0.0 and axis[-1] < 1.0
+        assert np.diff([*axis, axis[0] + 1.0]).max() < 0.3
+    # a direction is judged as it is asked for, a step's size stays
+    scenario = next(one for one in shipped_scenarios() if one.name.endswith("a direction held in moderate turbulence"))
+    pointed = segments_for(replace(trial("steps"), scenario=scenario, seed=3))[1]
+    assert pointed.outer.parameters[0] == 0.3 and pointed.inner.parameters[0] == -0.5
+    assert segments_for(trial("steps", seed=3))[1].outer.parameters[0] == pytest.approx(0.2, abs=1.5e-6)
 
 
 def test_the_same_trial_gives_the_same_figures_and_another_seed_does_not() -> None:

@@ -5,14 +5,25 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gimbal_hil.knowledge.tuning import PredictedJoint
-from gimbal_hil.loop.host import AXIS_NAMES, AxisCommand, Guard, HostState, Mode, Program, Segment, Shape, program_of
+from gimbal_hil.loop.host import (
+    AXIS_NAMES,
+    AxisCommand,
+    Guard,
+    HostState,
+    Mode,
+    Program,
+    ReferenceOrigin,
+    Segment,
+    Shape,
+    program_of,
+)
 from gimbal_hil.loop.settings import DaemonSettings
 from gimbal_hil.pointing.arena.base_motions import ROW_HZ, AircraftMotion
 from gimbal_hil.pointing.arena.predictive_run import PredictivePath
@@ -29,6 +40,8 @@ _PEAK_S = 0.4
 #: points of a drawn error
 _DRAWN = 1500
 _LEAD, _JUDGED = 0, 1
+#: powers of the inverse of the plastic number: multiples of both together fill a square evenly
+_SPREAD = (0.7548776662466927, 0.5698402909980532)
 #: modes whose values are positions of the joints, or nearly
 _PLACES = (Mode.POSITION, Mode.POINTING)
 
@@ -92,7 +105,7 @@ def run_trial(trial: Trial) -> TrialOutcome:
 
 def program_for(trial: Trial) -> Program:
     """What the antenna is asked for in a trial."""
-    return program_of(_segments(trial.scenario, trial.settings.rate_hz))
+    return program_of(segments_for(trial))
 
 
 def _path(
@@ -139,9 +152,22 @@ def _on_its_base(trial: Trial, folder: Path) -> AntennaModel:
     return trial.model.with_base({"motion": "recorded", "file": str(file), "ins_age_s": age})
 
 
-def _segments(scenario: Scenario, rate_hz: float) -> list[Segment]:
+def _within_a_count(trial: Trial) -> tuple[float, float]:
+    """By how much of its encoder's count (rad) the reference of each joint is moved: a joint that rests is anywhere
+    within a count, which no law sees, and a reference at zero would show one place alone. Seeds spread over the count
+    (Roberts' additive recurrence).
+    """
+    steps = [trial.model.number(axis, "encoder.step") for axis in trial.model.axes]
+    return _pair([step * (trial.seed * share % 1.0) for step, share in zip(steps, _SPREAD, strict=True)])
+
+
+def segments_for(trial: Trial) -> list[Segment]:
     """To the first value of both references (zero for a step), then what is judged."""
-    commands = [axis.command(Guard(), 1.0 / rate_hz) for axis in (scenario.outer, scenario.inner)]
+    scenario, rate_hz, moved = trial.scenario, trial.settings.rate_hz, _within_a_count(trial)
+    commands = [
+        _moved(axis.command(Guard(), 1.0 / rate_hz), by)
+        for axis, by in zip((scenario.outer, scenario.inner), moved, strict=True)
+    ]
     first = [
         0.0 if name == scenario.axis or command.mode not in _PLACES else _first_value(command)
         for name, command in zip(AXIS_NAMES, commands, strict=True)
@@ -150,6 +176,14 @@ def _segments(scenario: Scenario, rate_hz: float) -> list[Segment]:
     lead = Segment(outer, inner, round(scenario.lead_s * rate_hz), label=_LEAD)
     ticks = round(scenario.duration_s * rate_hz)
     return [lead, Segment(commands[0], commands[1], ticks, label=_JUDGED)]
+
+
+def _moved(command: AxisCommand, by_rad: float) -> AxisCommand:
+    """A position that is asked for, moved; tables and what counts from where the axis is stay."""
+    absolute = command.mode is Mode.POSITION and command.origin is ReferenceOrigin.ABSOLUTE
+    if not absolute or command.shape in (Shape.TABLE, Shape.TIMETABLE):
+        return command
+    return replace(command, parameters=(command.parameters[0] + by_rad, *command.parameters[1:]))
 
 
 def _first_value(command: AxisCommand) -> float:
