@@ -151,7 +151,8 @@ def test_ripple_and_reversals_of_simulated_drives_become_at_least_five_times_les
     link = link_of(drive)
     found = rehearse(model, link, drive_tables(model, link, motors), 1)
     assert found.ripple_rad_s is not None
-    for before, after in (found.ripple_rad_s, found.reversal_rad):
+    for what, (before, after) in (("ripple, rad/s", found.ripple_rad_s), ("reversal, rad", found.reversal_rad)):
+        print(f"\n{drive}: {what}: {before:.4g} without, {after:.4g} with, {before / after:.0f} to 1")
         assert after < before / 5.0, found
 
 
