@@ -176,8 +176,8 @@ def certificate_blocks(found: Certificate) -> list[Block]:
             "Not in it: alignment of the antenna's beam, flexing of the airframe, refraction, errors of the orbit.",
         ),
         Text(
-            f"Computing took {sum(one.computed_s for one in flights):.0f} s for all flights together, "
-            f"{np.median([one.computed_s for one in flights]):.2f} s for one (median)."
+            f"Computing took {sum(one.computed_s for one in flights):.0f} s of a processor, "
+            f"{np.median([one.computed_s for one in flights]):.2f} s a flight."
         ),
     ]
 
