@@ -38,7 +38,7 @@ class AdapterLink(LinkBasis):
         self._claim: BusClaim | None = None
         self._commanded = False
         self.gateway = self._new_gateway()
-        self._edge_ns = self._opened_ns = self._looked_ns = 0
+        self._edge_ns = self._looked_ns = 0
         self._spared_edge_ns = -1
         self._connect()
 
@@ -48,7 +48,6 @@ class AdapterLink(LinkBasis):
             self._count_sent(block, False)
             return
         self._edge_ns, self._commanded = self._now_ns(), True
-        self.gateway.periods_passed((self._edge_ns - self._opened_ns) // self._period_ns)
         self._emit(self.gateway.hear(block))
         self._count_sent(block, self._bus is not None)
 
@@ -67,7 +66,6 @@ class AdapterLink(LinkBasis):
         elif silent:
             # the next one is due a period from now, not two
             self._edge_ns = now_ns - self._period_ns
-            self.gateway.periods_passed((now_ns - self._opened_ns) // self._period_ns)
             self._emit(self.gateway.pass_over())
         if self._bus is None:
             return b""
@@ -119,7 +117,7 @@ class AdapterLink(LinkBasis):
             self._leave()
             raise
         self.gateway = self._new_gateway()
-        self._edge_ns = self._opened_ns = self._looked_ns = self._now_ns()
+        self._edge_ns = self._looked_ns = self._now_ns()
         self._opened()
         self._emit(self.gateway.begin())
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import socket
 import struct
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
@@ -13,6 +14,9 @@ from firmware_protocol.errors import LinkError
 from firmware_protocol.links import CanFrame, PythonCanBus, UnixListener, connected_to, unix_reason
 
 _HEAD = struct.Struct("<IB")
+#: Linux's option that tells when each packet was sent, and what comes beside the packet then: wall clock, s and ns
+_SO_TIMESTAMPNS, _STAMP = 35, struct.Struct("@ll")
+_BESIDE = socket.CMSG_SPACE(_STAMP.size)
 _EXTENDED, _FD = 1, 2
 _MOST_FRAMES = 1024
 
@@ -79,21 +83,33 @@ class UnixCanBus:
         return True
 
     def receive(self) -> list[CanFrame]:
-        found: list[CanFrame] = []
+        return [frame for _, frame in self.arrivals()]
+
+    def arrivals(self) -> list[tuple[int, CanFrame]]:
+        """Everything that has come, with the time on the monotonic clock at which the peer sent it, ns; where only the
+        peer listens, the time of this look.
+        """
+        found: list[tuple[int, CanFrame]] = []
+        now_ns = time.monotonic_ns()
+        from_wall_clock_ns = now_ns - time.time_ns()
         while self._has_peer() and self._peer is not None and len(found) < _MOST_FRAMES:
             try:
-                packet = self._peer.recv(256)
+                packet, beside, _, _ = self._peer.recvmsg(256, _BESIDE)
             except BlockingIOError:
                 break
             except OSError:
-                packet = b""
+                packet, beside = b"", []
             if not packet:
                 self._gone()
                 break
             if len(packet) >= _HEAD.size:
                 identifier, kind = _HEAD.unpack_from(packet)
                 data = packet[_HEAD.size :][:64]
-                found.append(CanFrame(identifier, data, bool(kind & _EXTENDED), bool(kind & _FD)))
+                sent_ns = now_ns
+                for _, _, stamp in beside:
+                    seconds, rest_ns = _STAMP.unpack(stamp)
+                    sent_ns = min(now_ns, seconds * 1_000_000_000 + rest_ns + from_wall_clock_ns)
+                found.append((sent_ns, CanFrame(identifier, data, bool(kind & _EXTENDED), bool(kind & _FD))))
             else:
                 self._malformed += 1
         return found
@@ -115,6 +131,8 @@ class UnixCanBus:
     def _has_peer(self) -> bool:
         if self._peer is None and self._listener is not None:
             self._peer = self._listener.accept()
+            if self._peer is not None:
+                self._peer.setsockopt(socket.SOL_SOCKET, _SO_TIMESTAMPNS, 1)
         return self._peer is not None
 
     def _gone(self) -> None:

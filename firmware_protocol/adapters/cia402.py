@@ -46,6 +46,7 @@ _STEPS = {0x40: _SHUTDOWN, 0x21: _SWITCH_ON, 0x23: _ENABLE, 0x27: _ENABLE}
 class Cia402Drive:
     """One CANopen node with the drive profile."""
 
+    is_asked = True
     gives = frozenset({Gives.RATE, Gives.TORQUE})
 
     def __init__(self, section: DriveSection, timing: DriveTiming) -> None:

@@ -105,6 +105,8 @@ class ForeignDrive(Protocol):
 
     gives: frozenset[Gives]
     sample: AxisSample
+    #: whether each sample answers a question; else the drive sends by itself
+    is_asked: bool
 
     def __init__(self, section: DriveSection, timing: DriveTiming) -> None:
         """From its section of the configuration."""

@@ -11,8 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from firmware_protocol.adapters.answering import Answering
 from firmware_protocol.adapters.drive import AxisSample, ForeignDrive, Power, on_the_joint, shaft_torque
 from firmware_protocol.adapters.obedience import Obedience, Order
+from firmware_protocol.adapters.transitions import asked_for, destination
 from firmware_protocol.codec import Rejection, alive_counter, pack, record, records, schema_of, unpack
 from firmware_protocol.enumerations import BrakeState, DriveRequest, DriveState, FaultCode, LimitFlags, StopReaction
 from firmware_protocol.links import CanFrame, DriveSection
@@ -44,6 +46,7 @@ _STATE, _REQUEST = DriveState, DriveRequest
 _LARGEST_RAW = 2**17 - 1
 #: what a feedback frame can carry; beyond it a position or a rate would be told as one that it is not
 _LARGEST_POSITION_RAD, _LARGEST_RATE_RAD_S = (2**25 - 1) * POSITION_STEP_RAD, (2**21 - 1) * RATE_STEP_RAD_S
+_SEQUENCES = 1024
 _STATUS_EVERY, _IDENTITY_EVERY = 50, 1000
 _DETAIL_BY_ITSELF, _DETAIL_RESET = 0, 7
 #: ticks without drive_control, and ticks in which a drive has lost its torque, that are too many while torque is on
@@ -80,38 +83,49 @@ class Gateway:
         self._counters: dict[str, int] = {}
         self._heard: dict[int, int] = {}
         self._set_point = SetPoint(0.0, 0.0, 0, False, False)
+        self._acted = 0
+        self._edge_tick: int | None = None
         self._window, self._margin, self._tick, self._control_age = 20, 0, 0, 0
         self._when_unfed = StopReaction.DECELERATE_AND_HOLD
         self._enabling, self._powerless, self._reset_level, self._identify = False, 0, True, True
         self._told: list[AnyMessage] = []
         self._seen = [0, 0]
+        self._answering = Answering() if all(drive.is_asked for drive in self.drives) else None
         self._carried, self._out_of_range = [AxisSample(), AxisSample()], [False, False]
 
     def begin(self) -> list[CanFrame]:
         """Frames for a bus that was just opened."""
         return [frame for drive in self.drives for frame in (*drive.begin(), *drive.ask())]
 
-    def periods_passed(self, periods: int) -> None:
-        """How many periods have passed since the bus was opened: a host that was kept from running skips ticks, and the
-        samples that it then gets are as far apart as they are.
-        """
-        self._tick = max(self._tick, periods - 1)
-
     def hear(self, block: bytes) -> list[CanFrame]:
         """A block of the host's, which is the edge of a tick; answers what the drives are to be sent."""
         fed, control = False, None
+        self._acted = self._set_point.sequence
         for can_id, payload in records(block):
             message = self._fresh(can_id, payload)
             if isinstance(message, SetPoint):
+                self._pass_to(message.sequence)
                 self._set_point, self._margin, fed = message, self._window, True
             elif isinstance(message, DriveControl):
                 control = message
             elif isinstance(message, DeadmanConfig) and self.state is not _STATE.OPERATION_ENABLED:
                 self._window, self._when_unfed = message.window_ticks, message.reaction
-        return self._advance(control, fed)
+        frames = self._advance(control, fed)
+        if fed:
+            self._edge_tick = self._tick
+        return frames
+
+    def _pass_to(self, sequence: int) -> None:
+        """A set-point has the number of the host's tick: a host that was kept from running skips ticks, and the samples
+        that it then gets are as far apart as they are.
+        """
+        if self._edge_tick is not None:
+            passed = (sequence - self._set_point.sequence) % _SEQUENCES
+            self._tick = max(self._tick, self._edge_tick + passed - 1)
 
     def pass_over(self) -> list[CanFrame]:
         """A tick in which the host said nothing."""
+        self._acted = self._set_point.sequence
         return self._advance(None, False)
 
     def take(self, frames: Sequence[CanFrame]) -> int:
@@ -119,10 +133,16 @@ class Gateway:
         return sum(not any(drive.take(frame) for drive in self.drives) for frame in frames)
 
     def feedback(self) -> bytes:
-        """The feedback set of this tick, once both drives have said something new; else nothing."""
-        if any(self.silent()):
+        """The feedback set of this tick, once both drives have said something new; else nothing. For one look a
+        tick.
+        """
+        new = [drive.sample.updates - seen for drive, seen in zip(self.drives, self._seen, strict=True)]
+        punctual = self._answering is None or self._answering.is_of_this_tick(new)
+        if not all(new):
             return b""
         self._seen = [drive.sample.updates for drive in self.drives]
+        if not punctual:
+            return b""
         samples = self._samples()
         messages, self._told = self._told, []
         if self._tick % _STATUS_EVERY == 0:
@@ -137,7 +157,7 @@ class Gateway:
             DriveStatus(
                 self.state,
                 self.fault,
-                self._set_point.sequence,
+                self._set_point.sequence if self._answering is None else self._acted,
                 min(self._margin, 255),
                 self._limits(),
                 self._tick % 4096,
@@ -222,7 +242,7 @@ class Gateway:
         """The drives stop by themselves, for some time; a fault is told once none is under torque any more."""
         self._remember(fault)
         self._reacting += 1
-        asked = control is not None and _asked(control) in _NO_STOP
+        asked = control is not None and asked_for(control) in _NO_STOP
         if self._obedience.without_torque():
             self._obedience.feed_again()
             self._obedience.let_go()
@@ -252,9 +272,9 @@ class Gateway:
             return
         if control is None:
             return
-        request = _asked(control)
+        request = asked_for(control)
         heading = self.state if self._wanted is None else self._wanted[0]
-        wanted = _destination(heading, request)
+        wanted = destination(heading, request)
         if request is _REQUEST.ENABLE_OPERATION and self.state is heading is _STATE.SWITCHED_ON:
             # told as enabled once both drives say so, and never without set-points
             self._enabling = self._margin > 0
@@ -364,25 +384,3 @@ class Gateway:
 
 def _rate(sample: AxisSample) -> float:
     return sample.gyro_rad_s if sample.gyro_rad_s is not None else sample.rate_rad_s or 0.0
-
-
-def _asked(control: DriveControl) -> DriveRequest:
-    """What the host asks for: the bit for a quick stop outranks the request beside it."""
-    return _REQUEST.QUICK_STOP if control.quick_stop else control.request
-
-
-def _destination(state: DriveState, request: DriveRequest) -> DriveState:
-    """Where a request leads after CiA 402, without the optional transition 16; enabling is decided by the drives."""
-    if request is _REQUEST.DISABLE_VOLTAGE:
-        return _STATE.SWITCH_ON_DISABLED
-    if request is _REQUEST.QUICK_STOP:
-        if state is _STATE.OPERATION_ENABLED:
-            return _STATE.QUICK_STOP_ACTIVE
-        return state if state is _STATE.QUICK_STOP_ACTIVE else _STATE.SWITCH_ON_DISABLED
-    if request is _REQUEST.SHUTDOWN and state is not _STATE.QUICK_STOP_ACTIVE:
-        return _STATE.READY_TO_SWITCH_ON
-    if request is _REQUEST.SWITCH_ON and state is _STATE.READY_TO_SWITCH_ON:
-        return _STATE.SWITCHED_ON
-    if request is _REQUEST.DISABLE_OPERATION and state is _STATE.OPERATION_ENABLED:
-        return _STATE.SWITCHED_ON
-    return state

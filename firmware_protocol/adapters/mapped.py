@@ -37,6 +37,8 @@ _LOST_PERIODS = 5.0
 class MappedDrive:
     """One drive described by a map."""
 
+    is_asked = False
+
     def __init__(self, section: DriveSection, timing: DriveTiming) -> None:
         if section.map is None:
             raise BadInputError("link.drives: map", "is missing", "the YAML file that maps the drive's DBC")

@@ -43,6 +43,7 @@ def _fault_of(mode: int, code: int) -> str:
 class MoteusDrive:
     """One moteus controller."""
 
+    is_asked = True
     gives = frozenset({Gives.RATE, Gives.TORQUE, Gives.TEMPERATURE, Gives.SUPPLY, Gives.SHORT})
 
     def __init__(self, section: DriveSection, timing: DriveTiming) -> None:

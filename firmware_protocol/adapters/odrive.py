@@ -42,6 +42,7 @@ _ASK_EVERY = 50
 class OdriveDrive:
     """One axis of an ODrive."""
 
+    is_asked = False
     gives = frozenset({Gives.RATE, Gives.TORQUE, Gives.TEMPERATURE, Gives.SUPPLY})
 
     def __init__(self, section: DriveSection, timing: DriveTiming) -> None:

@@ -14,7 +14,7 @@ from firmware_protocol.adapters import CanFrame
 from firmware_protocol.codec import records, unpack
 from firmware_protocol.enumerations import DriveState, FaultCode
 from firmware_protocol.links import AdapterLinkConfig, DriveSection
-from firmware_protocol.messages import DriveStatus, FeedbackOuter
+from firmware_protocol.messages import DriveStatus, FeedbackOuter, SetPoint
 from gimbal_hil.loop import timing
 from gimbal_hil.loop.host import HostState
 from gimbal_hil.surface.cli.plant_drives import serve_drives
@@ -154,3 +154,29 @@ def test_samples_around_a_host_that_was_kept_from_running_have_the_ticks_at_whic
     # one smooth motion over those ticks, to a step of the encoder
     wanted = np.polynomial.Polynomial.fit(tick, position, 2)
     assert np.abs(position - wanted(tick)).max() < 0.1 * np.abs(np.diff(position)).max()
+
+
+def test_a_set_names_the_set_point_whose_torque_brought_the_motion_to_its_sample(rig: AdapterRig) -> None:
+    rig.connected().torque(0.0, 0.0).run(200)
+    sent: list[tuple[int, float]] = []
+    told: list[tuple[int, int, float]] = []
+    hearing, saying = rig.link.receive, rig.link.send
+
+    def listen() -> bytes:
+        block = hearing()
+        found = {type(one): one for one in (unpack(*part) for part in records(block))}
+        if DriveStatus in found:
+            told.append((found[DriveStatus].tick, found[DriveStatus].last_sequence, found[FeedbackOuter].rate_rad_s))
+        return block
+
+    def speak(block: bytes) -> None:
+        sent.extend((one.sequence, one.torque_outer_nm) for one in (unpack(*part) for part in records(block))
+                    if isinstance(one, SetPoint))  # fmt: skip
+        saying(block)
+
+    rig.link.receive, rig.link.send = listen, speak  # type: ignore[method-assign]
+    rig.run(20).torque(3.0, 0.0).run(20)
+    asked = dict(sent)
+    moved = next(place for place, (_, _, rate) in enumerate(told) if abs(rate) > 1e-4)
+    first = next(place for place, (_, sequence, _) in enumerate(told) if asked.get(sequence, 0.0) > 0.0)
+    assert moved == first

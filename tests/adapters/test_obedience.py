@@ -199,6 +199,7 @@ def test_a_drive_whose_set_up_loses_a_frame_is_set_up_all_the_same(
 class Told:
     """A drive of which a test says what it says."""
 
+    is_asked = True
     gives = frozenset()  # type: ignore[var-annotated]
     answers_s = 0.005
 

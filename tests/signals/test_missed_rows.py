@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gimbal_hil.data.signals.missed_rows import LONGEST_GAP, bridged
+from gimbal_hil.data.signals.missed_rows import LONGEST_GAP, asked_late_rows, bridged
 
 COUNT, PERIOD_S = 2000, 0.002
 TIME_S = PERIOD_S * np.arange(COUNT)
@@ -46,7 +46,9 @@ def test_a_long_gap_leaves_the_longer_part_and_says_which() -> None:
     np.testing.assert_array_equal(whole.columns["a.torque"], TORQUE[whole.start :])
 
 
-@pytest.mark.parametrize("gaps", [[(row, 1) for row in range(10, 1990, 20)], [(500, 30), (1000, 30), (1500, 30)]])
+@pytest.mark.parametrize(
+    "gaps", [[(row, 1) for row in range(10, 1990, 5)], [(row, 30) for row in range(300, 1900, 300)]]
+)
 def test_a_run_with_more_gaps_than_a_good_link_leaves_stays_as_it_is(gaps: list[tuple[int, int]]) -> None:
     given_columns = columns(*gaps)
     whole = bridged(given_columns, SENT, PERIOD_S)
@@ -61,3 +63,13 @@ def test_what_was_measured_is_never_changed(gaps: list[tuple[int, int]]) -> None
         before = given_columns[name][whole.start : whole.stop]
         np.testing.assert_array_equal(values[~np.isnan(before)], before[~np.isnan(before)])
         assert len(values) == whole.stop - whole.start
+
+
+def test_rows_whose_question_was_late_by_more_than_a_quarter_are_told() -> None:
+    ticks = np.zeros(8, [("tick", "i8"), ("wake_latency_ns", "i8"), ("computing_ns", "i8")])
+    ticks["tick"] = [10, 11, 12, 13, 15, 16, 17, 18]  # 14 was skipped
+    ticks["computing_ns"] = 500_000
+    ticks["wake_latency_ns"] = [0, 400_000, 600_000, 0, 0, 0, 0, 0]
+    ticks["computing_ns"][4] = 2_000_000
+    row_tick = np.arange(9, 18)
+    assert row_tick[asked_late_rows(ticks, row_tick, 2_000_000)].tolist() == [12, 15]

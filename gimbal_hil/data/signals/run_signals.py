@@ -7,6 +7,7 @@ holds however long frames were under way and whichever ticks the host skipped.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.runs import AXES, EventKind, MessageColumns, RecordedRun, columns_of, require_frames
-from gimbal_hil.data.signals.missed_rows import bridged
+from gimbal_hil.data.signals.missed_rows import asked_late_rows, bridged
 from gimbal_hil.data.signals.table import BASE_ANGLES
 
 #: a device tick that jumps by more than this against the host's is a restarted device, not a stall
@@ -67,6 +68,11 @@ def run_columns(run: RecordedRun) -> tuple[Floats, dict[str, Floats], Integers |
     row_tick[place[1:] - 1] = host_tick[1:]
     if not run.record.header.lockstep:
         row_tick = _counted_on(row_tick)
+    if run.record.header.configuration.get("link", {}).get("kind") == "adapter":
+        # these drives sample when they are asked, the antenna's own device by its own clock
+        asked_late = asked_late_rows(run.ticks, row_tick, run.record.header.period_ns)
+        for axis, signal in itertools.product(run.record.header.axes, ("position", "rate")):
+            columns[f"{axis}.{signal}"][asked_late] = np.nan
     columns |= _references(run, row_tick, columns, notes) | _slow_columns(run, sets, first, count)
     laps = _laps(run, row_tick)
     period_s = run.record.header.period_ns * 1e-9

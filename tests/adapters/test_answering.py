@@ -1,0 +1,53 @@
+"""A late answer is not taken for that of the next question; a lost one costs one more tick."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_protocol.adapters.answering import Answering
+
+
+def accepted(arrivals: list[int | None], looks: int) -> list[tuple[int, int]]:
+    """(tick of the look, newest question answered by then) of each set that is taken, where the answer to question k is
+    on the bus from look `arrivals[k]` on, and None was lost.
+    """
+    answering, seen, taken = Answering(), set[int](), []
+    for look in range(looks):
+        # the look of tick k comes before the question of tick k + 1
+        come = {k for k, at in enumerate(arrivals[: look + 1]) if at is not None and at <= look} - seen
+        punctual = answering.is_of_this_tick([len(come)] * 2)
+        if come:
+            seen |= come
+            if punctual:
+                taken.append((look, max(come)))
+    return taken
+
+
+@given(st.lists(st.integers(6, 30), min_size=1, max_size=12))
+def test_an_answer_that_is_late_by_a_tick_is_never_told_as_that_of_the_next(apart: list[int]) -> None:
+    # a drive that is late more often than that is taken by its word
+    late = {10 + sum(apart[: place + 1]) for place in range(len(apart))}
+    taken = accepted([k + 1 if k in late else k for k in range(400)], 400)
+    assert all(look == question for look, question in taken)
+    # the tick itself has no set; the next one has, because both answers come together
+    assert {look for look, _ in taken} == set(range(400)) - late
+
+
+@given(st.sets(st.integers(10, 190)))
+def test_lost_answers_cost_at_most_as_many_ticks_again(lost: set[int]) -> None:
+    taken = accepted([None if k in lost else k for k in range(200)], 200)
+    assert all(look == question for look, question in taken)
+    assert len(taken) >= 200 - 2 * len(lost)
+
+
+def test_a_drive_that_answers_every_second_question_is_taken_by_its_word() -> None:
+    taken = accepted([k if k % 2 else None for k in range(200)], 200)
+    assert len(taken) >= 98
+
+
+def test_a_backlog_is_passed_over_until_it_has_come_whole() -> None:
+    arrivals = [*range(20), 24, 24, 25, 25, 25, *range(25, 40)]
+    taken = accepted(list(arrivals), 40)
+    assert all(look == question for look, question in taken)
+    assert [look for look, _ in taken if 20 <= look < 28] == [25, 26, 27]
