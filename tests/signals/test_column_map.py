@@ -153,6 +153,6 @@ def test_a_strangers_files_lead_to_a_named_effect(tmp_path: Path) -> None:
     assert amplitude is not None, found.stdout
     assert float(amplitude[1]) == pytest.approx(0.01, rel=0.05) and float(amplitude[2]) == pytest.approx(7.0, rel=0.01)
     # read as radians the same file is refused, not judged
-    wrong = ["--column", WORDS[0], WORDS[1].removesuffix(":deg") + ":rad", WORDS[2]]
+    wrong = ["--column", WORDS[0], WORDS[1].removesuffix(":deg") + ":1*rad", WORDS[2]]
     refused = command("discrepancy", "--model", "mine/model.yaml", *logs[:4], *wrong, "--out", "no", folder=tmp_path)
     assert refused.returncode == 2 and "seems to be in degrees" in refused.stderr
