@@ -10,26 +10,86 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-RATE_HZ, COUNTS, TORQUE_NOISE, FINE = 500.0, 65536, 1e-3, 10
-#: what identification has to find, in its units
-TRUE = {"inertia": 0.02, "coulomb": 0.05, "viscous": 0.02, "offset": 0.0}
-MODEL = """\
+COUNTS, FINE = 65536, 10
+Swings = tuple[tuple[float, float, float], ...]
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint and what logs it, SI: `swings` are amplitude, Hz and phase of sines by trajectory; a model believes its
+    inertia, Coulomb level and viscous friction to be `believed` times what they are.
+    """
+
+    inertia: float
+    coulomb: float
+    viscous: float
+    rate_hz: float
+    step: float
+    limit: float
+    torque_constant: float
+    torque_noise: float
+    swings: Mapping[str, Swings]
+    is_linear: bool = False
+    believed: tuple[float, float, float] = (1.0, 0.8, 1.0)
+
+    def log(self, which: str = "a", seconds: float = 16.0, cogging: float = 0.0, seed: int = 1) -> JointLog:
+        """A log of one trajectory that starts at rest; `cogging`, of seven waves a radian or metre, is what the model
+        lacks.
+        """
+        rows = int(seconds * self.rate_hz)
+        time = np.arange(rows) / self.rate_hz
+        at = (np.arange(rows * FINE) + 0.5) / (self.rate_hz * FINE)
+        q, v, a = _motion(self.swings[which], at)
+        torque = self.inertia * a + self.coulomb * np.sign(v) + self.viscous * v + cogging * np.sin(7 * q + 0.4)
+        q, v, _ = _motion(self.swings[which], time)
+        noise = np.random.default_rng(seed).normal(0.0, self.torque_noise, rows)
+        return JointLog(time, torque.reshape(rows, FINE).mean(axis=1) + noise, np.round(q / self.step) * self.step, v)
+
+    def model_text(self) -> str:
+        """The model file that a person would write of it."""
+        inertia, coulomb, viscous = (
+            share * number
+            for share, number in zip(self.believed, (self.inertia, self.coulomb, self.viscous), strict=True)
+        )
+        body = f"{{mass: {inertia:.6g}}}" if self.is_linear else f"{{inertia: {{zz: {inertia:.6g}}}}}"
+        return f"""\
 schema: 1
 name: mine
-kind: rotary
+kind: {"linear" if self.is_linear else "rotary"}
 axes:
   joint:
-    body: {inertia: {zz: 0.02}}
-    friction: {coulomb: 0.04, breakaway: 0.0428, stribeck_velocity: 0.01, shape: 1.0, sigma0: 42.8, sigma1: 0.2571,
-               viscous: 0.02}
-    actuator: {limit: 3.0, torque_constant: 1.8}
-    encoder: {step: 9.587379924285257e-05}
+    body: {body}
+    friction: {{coulomb: {coulomb:.6g}, breakaway: {1.07 * coulomb:.6g}, stribeck_velocity: 0.01, shape: 1.0,
+               sigma0: {1070.0 * coulomb:.6g}, sigma1: {6.4275 * coulomb:.6g}, viscous: {viscous:.6g}}}
+    actuator: {{limit: {self.limit}, torque_constant: {self.torque_constant}}}
+    encoder: {{step: {self.step}}}
 effects: []
 """
-_SWINGS = {
-    "a": ((0.9, 0.23, 0.0), (0.5, 0.71, 1.1), (0.25, 1.9, 2.3)),
-    "b": ((1.1, 0.17, 0.6), (0.4, 0.83, 2.0), (0.2, 2.3, 0.3)),
-}
+
+
+BENCH = Joint(
+    *(0.02, 0.05, 0.02, 500.0, 2.0 * np.pi / COUNTS, 3.0, 1.8, 1e-3),
+    swings={
+        "a": ((0.9, 0.23, 0.0), (0.5, 0.71, 1.1), (0.25, 1.9, 2.3)),
+        "b": ((1.1, 0.17, 0.6), (0.4, 0.83, 2.0), (0.2, 2.3, 0.3)),
+    },
+)
+#: a mast of twelve kg m2 at 200 Hz
+MAST = Joint(
+    *(12.0, 6.0, 9.0, 200.0, 2.0 * np.pi / COUNTS, 150.0, 4.0, 0.05),
+    swings={"a": ((1.2, 0.13, 0.0), (0.4, 0.41, 1.1), (0.1, 1.1, 2.3))},
+    believed=(1.1, 0.85, 0.9),
+)
+#: a carriage of three kg on a linear axis at 1 kHz, m and N
+CARRIAGE = Joint(
+    *(3.0, 2.0, 8.0, 1000.0, 1e-6, 60.0, 12.0, 0.02),
+    swings={"a": ((0.06, 0.3, 0.0), (0.03, 0.9, 1.1), (0.012, 2.1, 2.3))},
+    is_linear=True,
+    believed=(1.1, 0.85, 0.9),
+)
+#: what identification has to find of the bench, in its units
+TRUE = {"inertia": BENCH.inertia, "coulomb": BENCH.coulomb, "viscous": BENCH.viscous, "offset": 0.0}
+MODEL = BENCH.model_text()
 
 
 @dataclass(frozen=True)
@@ -52,19 +112,11 @@ class JointLog:
 
 
 def swinging(which: str = "a", seconds: float = 16.0, cogging: float = 0.0, seed: int = 1) -> JointLog:
-    """A log of one trajectory that starts at rest; `cogging` N m of seven waves a turn is what the model lacks."""
-    rows = int(seconds * RATE_HZ)
-    time = np.arange(rows) / RATE_HZ
-    at = (np.arange(rows * FINE) + 0.5) / (RATE_HZ * FINE)
-    q, v, a = _motion(_SWINGS[which], at)
-    torque = TRUE["inertia"] * a + TRUE["coulomb"] * np.sign(v) + TRUE["viscous"] * v + cogging * np.sin(7 * q + 0.4)
-    q, v, _ = _motion(_SWINGS[which], time)
-    step = 2.0 * np.pi / COUNTS
-    noise = np.random.default_rng(seed).normal(0.0, TORQUE_NOISE, rows)
-    return JointLog(time, torque.reshape(rows, FINE).mean(axis=1) + noise, np.round(q / step) * step, v)
+    """A log of the bench; `cogging` N m is what its model lacks."""
+    return BENCH.log(which, seconds, cogging, seed)
 
 
-def _motion(swings: tuple[tuple[float, float, float], ...], t: Floats) -> tuple[Floats, Floats, Floats]:
+def _motion(swings: Swings, t: Floats) -> tuple[Floats, Floats, Floats]:
     q, v, a = np.zeros_like(t), np.zeros_like(t), np.zeros_like(t)
     for size, hertz, phase in swings:
         w = 2.0 * np.pi * hertz

@@ -97,6 +97,11 @@ REFUSED: dict[str, Case] = {
         (),
         "row 8000 at 15.998 s: reads 0, where",
     ),
+    "first row is another place": lambda: (
+        spoilt("position", np.array([0]), 0.7),
+        (),
+        "row 1 at 0 s: reads 0.7, where the joint cannot have been; .*--repair",
+    ),
     "a burst of eight reads": lambda: (spoilt("position", np.arange(3000, 3008), by=0.3), (), "row 3001 at 6 s"),
     "0.2 degrees in 20 rows": lambda: (
         spoilt("position", SOME, by=np.radians(0.2)),
@@ -156,6 +161,11 @@ REFUSED: dict[str, Case] = {
         "read without its sign",
     ),
     "ten bits unsigned": lambda: (current(RAW % 1024), CURRENT, "read without its sign"),
+    "eight bits that begin again": lambda: (
+        current((RAW + 128) % 256 - 128),
+        CURRENT,
+        "joint.torque: seems to be of a number that begins again at the other end of its range.*%WRAP",
+    ),
     "negative currents are none": lambda: (
         LOG.but(torque=np.clip(LOG.torque, 0.0, None)).text(),
         (),

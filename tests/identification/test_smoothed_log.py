@@ -11,14 +11,14 @@ from scipy.signal import butter, filtfilt
 from gimbal_hil.knowledge.identification import RigidAxisFit, fit_rigid_axis
 from gimbal_hil.knowledge.identification.axis_motion import regression_rule
 from gimbal_hil.knowledge.identification.smoothed_log import SmoothedColumn
-from tests.cases.joint import RATE_HZ, TRUE, JointLog, swinging
+from tests.cases.joint import BENCH, TRUE, JointLog, swinging
 from tests.identification.one_axis_rig import Rig, apply_torque, reversing_multisine
 
 LOG = swinging()
 
 
 def both_ways(values: np.ndarray, hertz: float, order: int = 2) -> np.ndarray:
-    return np.asarray(filtfilt(*butter(order, hertz / (0.5 * RATE_HZ)), values))
+    return np.asarray(filtfilt(*butter(order, hertz / (0.5 * BENCH.rate_hz)), values))
 
 
 def mean_of(values: np.ndarray, rows: int) -> np.ndarray:
@@ -27,7 +27,7 @@ def mean_of(values: np.ndarray, rows: int) -> np.ndarray:
 
 
 def fitted(log: JointLog) -> RigidAxisFit:
-    return fit_rigid_axis(log.time, log.position, log.torque, regression_rule(1.0 / RATE_HZ))
+    return fit_rigid_axis(log.time, log.position, log.torque, regression_rule(1.0 / BENCH.rate_hz))
 
 
 def hold_the_truth(fit: RigidAxisFit) -> None:

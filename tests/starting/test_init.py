@@ -178,6 +178,10 @@ def test_every_file_is_good_and_every_command_of_its_page_is_understood(
         (("--torque", "roll=3"), "--torque: no axis 'roll'"),
         (("--torque", "azimuth=-3"), "--torque azimuth: '-3' is not a number that fits"),
         (("--travel", "elevation=0.3..1"), "does not hold zero"),
+        (
+            ("--kind", "linear", "--axes", "x", "--inertia", "x=3"),
+            "--inertia: is nothing that a linear axis has; expected --mass x=KG",
+        ),
         (("--up", "left"), "--up: is 'left'; expected positive or negative"),
         (("--link", "can0"), "--link: 'can0' is no link"),
         (("--link", "firewire:1"), "no link 'firewire'"),

@@ -43,6 +43,7 @@ FORMS: dict[str, tuple[str | bytes, tuple[str, ...]]] = {
     "bars": (whole(lines(" | ")), ()),
     "separator stated": ("sep=;\n" + whole(lines(";")), ()),
     "preamble": ("Logger 3\nDate,2024/01/02\nSamples,600\n\n" + whole(lines()), ()),
+    "preamble of numbers": ("Logger,3,7\nSamples,600,1\nGain,0.5\n\n" + whole(lines()), ()),
     "remarks above": ("# joint 1\n# 500 Hz\n" + whole(lines()), ()),
     "header as a remark": ("# " + whole(lines()), ()),
     "percent of ROS": ("%" + whole(with_units()), ("time_s=%t", *NAMED[1:])),

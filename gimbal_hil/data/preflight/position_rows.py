@@ -95,20 +95,28 @@ def _places(column: str, position: Floats, longest: float) -> Iterator[Impossibl
         if _catches_up(steps, usual, at):
             k += 1
             continue
-        # the step back may be just small enough to pass by itself
-        steps_back = range(at + 1, min(at + _LONGEST_SPIKE, len(off) - 1) + 1)
-        back = next((j for j in steps_back if abs(off[at] + off[j]) < _CANCELS * abs(off[at])), None)
-        if back is None and at + 2 == len(position):
-            # a last row that was cut off, or still in the making
-            back = at + 1
-        if back is None:
+        # the step out or the step back may be just small enough to pass by itself
+        other = _other_step(off, at)
+        if other is None and at in (0, len(off) - 1):
+            # a first row from before the sensor was read, a last one that was cut off or still in the making
+            other = at - 1 if at == 0 else at + 1
+        if other is None:
             what = f"jumps by {off[at]:.4g} in one row, which no torque of this axis can do"
             yield Impossible(column, (at + 1,), what, ColumnFault.JUMP)
             return
-        spikes += range(at + 1, int(back) + 1)
-        k = int(np.searchsorted(outliers, back, side="right"))
+        spikes += range(min(at, other) + 1, max(at, other) + 1)
+        k = int(np.searchsorted(outliers, max(at, other), side="right"))
     if spikes:
         yield Impossible(column, tuple(spikes), "where the joint cannot have been")
+
+
+def _other_step(off: Floats, at: int) -> int | None:
+    """The step that takes back the one at `at`: the next one that does, else the one before it; None for a jump that
+    stays.
+    """
+    after = range(at + 1, min(at + _LONGEST_SPIKE, len(off) - 1) + 1)
+    before = range(at - 1, max(at - _LONGEST_SPIKE, 0) - 1, -1)
+    return next((j for j in (*after, *before) if abs(off[at] + off[j]) < _CANCELS * abs(off[at])), None)
 
 
 def _catches_up(steps: Floats, usual: Floats, at: int) -> bool:

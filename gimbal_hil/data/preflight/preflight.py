@@ -112,9 +112,10 @@ def misreading(
     found: list[tuple[float, OtherReading, tuple[SignalsTable, ...]]] = []
     if max(as_read.values(), default=0.0) > _SUSPECT:
         one_each = [(k,) for k in range(len(tables))] if len(tables) > 1 else []
-        for reading in other_readings(model, blocks):
+        for reading in other_readings(model, blocks, tables):
+            undone = tuple(_undone(reading, *pair) for pair in zip(tables, blocks, strict=True))
             for which in (tuple(range(len(tables))), *one_each):
-                read = tuple(reading.undone(block) if k in which else block for k, block in enumerate(blocks))
+                read = tuple(undone[k] if k in which else block for k, block in enumerate(blocks))
                 other = channels_of(model, read)
                 left = {name: channel.misfit(_FACTOR) for name, channel in other.items()}
                 # of several logs all must be left that were there: one that says nothing any more misfits nowhere
@@ -124,6 +125,11 @@ def misreading(
     current = [(size, reading, tables) for size, reading in _amperes(model, channels, as_read)]
     best = min((*found, *current), key=lambda one: one[0], default=None)
     return None if best is None else best[1:]
+
+
+def _undone(reading: OtherReading, table: SignalsTable, blocks: SignalsTable) -> SignalsTable:
+    """Means of the rows of a table as the reading says that it should have been."""
+    return in_blocks(reading.undone(table)) if reading.of_rows else reading.undone(blocks)
 
 
 def _rows(channels: Mapping[str, ChannelEquation]) -> dict[str, int]:

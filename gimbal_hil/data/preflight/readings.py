@@ -17,23 +17,30 @@ Floats = NDArray[np.float64]
 _RADIANS = float(np.deg2rad(1.0))
 #: motion is smoothed over this long, s
 _SMOOTHING_S = 0.05
+#: a step of this share of a column's range goes across it
+_ACROSS = 0.9
 _ANGLES, _RATES = ("base.roll", "base.pitch", "base.yaw"), ("base.p", "base.q", "base.r")
 
 
 @dataclass(frozen=True)
 class OtherReading:
     """`columns` are `what` (in words that follow "is" or "are"); `undone` is the table as it should have been, `remedy`
-    what to do.
+    what to do. One `of_rows` is undone on the rows of a log, before their means are taken.
     """
 
     columns: tuple[str, ...]
     what: str
     remedy: str
     undone: Callable[[SignalsTable], SignalsTable]
+    of_rows: bool = False
 
 
-def other_readings(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> Iterator[OtherReading]:
-    """Every misreading that these tables allow, with one unit or sign wrong at a time."""
+def other_readings(
+    model: AntennaModel, tables: tuple[SignalsTable, ...], rows: tuple[SignalsTable, ...]
+) -> Iterator[OtherReading]:
+    """Every misreading that these tables allow, with one unit or sign wrong at a time; `rows` are the tables before
+    means of their rows were taken.
+    """
     present = set.intersection(*(set(table.columns) for table in tables))
     rotary = model.kind is not ModelKind.LINEAR
     joints = [
@@ -56,6 +63,11 @@ def other_readings(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> Ite
         if all(_keeps_its_sign(table.torque(axis)) for table in tables):
             remedy = "a torque that is negative where it acts the other way"
             yield OtherReading((f"{axis}.torque",), "without its sign", remedy, _signed(model, axis))
+    for axis in model.axes:
+        if all(_jumps_across(table.commanded(axis)) for table in rows):
+            remedy = f"{axis}.torque (or .current)=COLUMN%WRAP:UNIT in --column, WRAP as 256 of 8 bits"
+            what = "of a number that begins again at the other end of its range"
+            yield OtherReading((f"{axis}.torque",), what, remedy, _carried_on(f"{axis}.torque"), of_rows=True)
     if len(model.axes) == 2:
         for signals in _some_of(("torque", "position", "rate")):
             columns = tuple(f"{axis}.{signal}" for axis in model.axes for signal in signals)
@@ -105,6 +117,25 @@ def _swapped(axes: tuple[str, ...], signals: tuple[str, ...]) -> Callable[[Signa
 
 def _keeps_its_sign(torque: Floats) -> bool:
     return bool(np.ptp(torque) > 0.0 and (np.all(torque >= 0.0) or np.all(torque <= 0.0)))
+
+
+def _jumps_across(torque: Floats) -> bool:
+    """Whether a torque goes from one end of its range to the other between two rows, as a drive of two levels does
+    too.
+    """
+    return bool(np.ptp(torque) > 0.0 and np.max(np.abs(np.diff(torque))) > _ACROSS * np.ptp(torque))
+
+
+def _carried_on(column: str) -> Callable[[SignalsTable], SignalsTable]:
+    """The column carried on where it begins again, after its whole range and the step that it is counted in."""
+
+    def undone(table: SignalsTable) -> SignalsTable:
+        values = table.columns[column]
+        steps = np.diff(np.unique(values))
+        whole = float(np.ptp(values)) + (float(steps.min()) if len(steps) else 0.0)
+        return _with(table, {column: np.unwrap(values, period=whole)})
+
+    return undone
 
 
 def _signed(model: AntennaModel, axis: str) -> Callable[[SignalsTable], SignalsTable]:

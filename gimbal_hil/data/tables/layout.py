@@ -78,12 +78,15 @@ def layout_of(lines: Sequence[str]) -> Layout | None:
     first = _first_row(lines, between, width, numeric)
     if first is None:
         return _of_words(lines)
-    for seen, spare in ((width, False), (width - 1, True)):
-        if spare and not _ends_empty(lines, between, width):
-            break
-        named = _named(lines, first, between, seen, numeric)
-        if named is not None:
-            return Layout(between, seen, first, *named, spare)
+    # what stands above a header may look like rows too: those that have numbers throughout are below it
+    whole = _first_row(lines, between, width, numeric, throughout=True)
+    for begin in dict.fromkeys((first, first if whole is None else whole)):
+        for seen, spare in ((width, False), (width - 1, True)):
+            if spare and not _ends_empty(lines, between, width):
+                break
+            named = _named(lines, begin, between, seen, numeric)
+            if named is not None:
+                return Layout(between, seen, begin, *named, spare)
     wide = _ends_empty(lines, between, width)
     return Layout(between, width - wide, first, spare=wide, unfit=_unfit(lines, first, between))
 
@@ -110,13 +113,20 @@ def _separated(lines: Sequence[str], separators: Sequence[str | None]) -> tuple[
     return None if best is None else best[1:]
 
 
-def _first_row(lines: Sequence[str], between: str | None, width: int, numeric: frozenset[int]) -> int | None:
-    """Index of the first line of two that are rows, blank ones between them aside; of the only one in a short text."""
+def _first_row(
+    lines: Sequence[str], between: str | None, width: int, numeric: frozenset[int], throughout: bool = False
+) -> int | None:
+    """Index of the first line of two that are rows, blank ones between them aside; of the only one in a short text.
+    `throughout` says that they have numbers, or nothing, wherever most rows have numbers.
+    """
     found: int | None = None
     for place, line in enumerate(lines):
         if not line.strip():
             continue
-        row = is_row(cells_of(line, between), width, numeric) and not _COMMENT.match(line)
+        cells = cells_of(line, between)
+        row = is_row(cells, width, numeric) and not _COMMENT.match(line)
+        if throughout:
+            row = row and all(is_number(cells[k]) or cells[k].lower() in EMPTY_WORDS for k in numeric)
         if row and found is not None:
             return found
         found = place if row else None

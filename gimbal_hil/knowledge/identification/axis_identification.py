@@ -140,6 +140,7 @@ def identify_axis(
     if rigid[0] is not None:
         findings += rigid[0].unexplained(axis)
         findings += rigid[0].timing.findings(axis)
+        findings += [] if rigid[0].parts is None else [rigid[0].parts.finding(axis)]
         findings += [smoothed.finding(axis) for smoothed in rigid[0].smoothed[:1]]
         table = _longest(logs).table
         findings += scale_findings(axis_load(table, model, axis), table, model, axis, estimates)

@@ -38,6 +38,10 @@ class Interval:
         """True when the value lies in the interval, bounds included."""
         return self.low <= value <= self.high
 
+    def overlaps(self, other: Interval) -> bool:
+        """True when some value lies in both."""
+        return self.low <= other.high and other.low <= self.high
+
     def moved(self, by: float) -> Interval:
         """The interval made to hold itself as a whole elsewhere too, as far as its ends are no bounds."""
         low = self.low if self.open_low else self.low + min(0.0, by)

@@ -2,39 +2,43 @@
 
 When torque and position were logged at different times, inertia passes for friction: the shift between them is an
 unknown like the others. And no number may depend on a choice that nobody made: each interval holds those of the fit at
-half the band, without slow rows, and with a low-pass in place of a shift.
+half the band, without slow rows, with a low-pass in place of a shift, and of parts of the log that disagree.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.knowledge.estimation import ShiftedFit, ShiftedProblem, fit_at, fit_shifted
-from gimbal_hil.knowledge.identification.averaging import Vector, autocorrelation_time
+from gimbal_hil.knowledge.identification.averaging import Vector
 from gimbal_hil.knowledge.identification.axis_motion import AxisMotion, RigidAxisRule
 from gimbal_hil.knowledge.identification.correlations import Correlations, of_replicates
-from gimbal_hil.knowledge.identification.estimate import DataWarning, Estimate, Interval, judge, settle, withheld
+from gimbal_hil.knowledge.identification.estimate import (
+    DataWarning,
+    Determination,
+    Estimate,
+    Interval,
+    judge,
+    settle,
+    withheld,
+)
 from gimbal_hil.knowledge.identification.least_squares import Matrix
+from gimbal_hil.knowledge.identification.log_parts import DEPENDENT, LogParts, block_bootstrap, parts_apart
 from gimbal_hil.knowledge.identification.position_ripple import PositionRipple, ripples_of
 from gimbal_hil.knowledge.identification.smoothed_log import SmoothedLog
 from gimbal_hil.knowledge.identification.smoothing_search import smoothed_problems, smoothings_of
 from gimbal_hil.knowledge.identification.timing import STATE_IT, Timing
 
-_REPEATS = 1000
-#: a bootstrap block holds at least this many decorrelation times, and there are at least this many blocks
-_TIMES_PER_BLOCK, _MIN_BLOCKS = 5.0, 8
 #: a low-pass is seen where at most this share is left of what a shift alone leaves: less may be the noise of the
 #: encoder, which a lag smooths too
 _CLEARLY_LESS = 0.8
 #: rounds in which waves over position, found beside a first fit, settle beside the numbers
 _RIPPLE_ROUNDS = 3
-#: a combination of columns, each of length 1, is nothing below this share of the largest; a column takes part in it
-#: above that share
-_DEPENDENT, _TAKES_PART = 1e-6, 1e-2
+#: a column takes part in a combination that is nothing above this share
+_TAKES_PART = 1e-2
 #: what a regression leaves beyond this share of the torque's rms is no matter of friction
 _UNEXPLAINED = 0.5
 _NAMES = {
@@ -54,7 +58,8 @@ _EXPERIMENTS = {
 class RigidAxisFit:
     """Estimates by name, rms of the torque residual, the same relative to the rms torque, and the rows behind them.
     `ripples` are waves over position that were counted apart, `smoothed` what was done to the columns before, if
-    anything; first what explains them best, then what would do too.
+    anything; first what explains them best, then what would do too. `parts` are two of the log that ask for different
+    inertias, if any do.
 
     `rate`, `torque`, `residual`, shape (n,), are at the decimated rows.
     """
@@ -70,6 +75,7 @@ class RigidAxisFit:
     correlations: Correlations
     ripples: tuple[PositionRipple, ...] = ()
     smoothed: tuple[SmoothedLog, ...] = ()
+    parts: LogParts | None = None
 
     def value(self, name: str) -> float:
         """Fitted value by name."""
@@ -127,28 +133,20 @@ def fit_rigid_axis(
     Raises:
         BadInputError: the table is shorter than the filters need or the joint does not move.
     """
-    step = float(np.median(np.diff(time_s)))
-    edge = int(round(rule.edge_periods / rule.bandwidth_hz / step))
-    if len(time_s) < 4 * edge + 200 or not np.ptp(position) > 0.0:
-        raise BadInputError(
-            "signals table",
-            "too short or without motion for a regression",
-            f"at least {4 * edge + 200} rows of a moving axis",
-        )
-    load = np.zeros(len(torque)) if known is None else known
-    motion = AxisMotion(time_s, position, torque, load, rule, per_direction)
-    names = _NAMES[per_direction]
-    ripples = _ripples(motion, names)
-    problems = list(motion.problems(ripples))
-    fits = _shifted([problem for problem, _ in problems])
-    likely = smoothed
-    if likely is None:
-        likely = smoothings_of(motion, fits, ripples, lambda one: _ripples(motion, names, one))
+    motion = _motion(time_s, position, torque, rule, known, per_direction)
+    step, names = motion.step_s, _NAMES[per_direction]
+    ripples, problems, fits = _as_it_stands(motion, names)
+    likely = _smoothings(motion, names, ripples, fits) if smoothed is None else smoothed
     if likely:
         ripples, late = _ripples(motion, names, likely[0]), fits[0].shift_s
         problems = [pair for one in likely for pair in smoothed_problems(motion, one, ripples, late)]
         fits = [fit_shifted(problem, near_s=late) for problem, _ in problems]
     rate = problems[0][1]
+    parts = parts_apart(problems[0][0], fits[0], position, seed)
+    if parts is not None:
+        own = fits[0]
+        problems += [(problem, rate) for problem in parts.problems]
+        fits += [fit_at(problem, own.shift_s, own.lag_s, 1 + (own.lag_s > 0.0)) for problem in parts.problems]
     shifted = [_replicates(fit, seed) for fit in fits]
     timing = _timing(shifted, step, rule.time_stated)
     plain = problems[0][0]
@@ -161,6 +159,8 @@ def fit_rigid_axis(
     estimates = _estimates(names, fit, shifted, as_stated, timing, linear)
     rms = float(np.sqrt(np.mean(fit.residual**2)))
     relative = rms / float(np.sqrt(np.mean(fit.target**2)))
+    if relative > _UNEXPLAINED:
+        estimates = tuple(map(_beside_something_else, estimates))
     rows = plain.rows
     first = (as_stated if rule.time_stated else shifted)[0]
     correlations = of_replicates(names, first.numbers[:, : len(names)], fit.solution[: len(names)])
@@ -176,7 +176,38 @@ def fit_rigid_axis(
         correlations,
         ripples,
         likely,
+        parts,
     )
+
+
+def _motion(
+    time_s: Vector, position: Vector, torque: Vector, rule: RigidAxisRule, known: Vector | None, per_direction: bool
+) -> AxisMotion:
+    step = float(np.median(np.diff(time_s)))
+    edge = int(round(rule.edge_periods / rule.bandwidth_hz / step))
+    if len(time_s) < 4 * edge + 200 or not np.ptp(position) > 0.0:
+        raise BadInputError(
+            "signals table",
+            "too short or without motion for a regression",
+            f"at least {4 * edge + 200} rows of a moving axis",
+        )
+    load = np.zeros(len(torque)) if known is None else known
+    return AxisMotion(time_s, position, torque, load, rule, per_direction)
+
+
+def _as_it_stands(
+    motion: AxisMotion, names: tuple[str, ...]
+) -> tuple[tuple[PositionRipple, ...], list[tuple[ShiftedProblem, Vector]], list[ShiftedFit]]:
+    """Waves over position, the problems beside them, and their fits, of a log that nobody smoothed."""
+    ripples = _ripples(motion, names)
+    problems = list(motion.problems(ripples))
+    return ripples, problems, _shifted([problem for problem, _ in problems])
+
+
+def _smoothings(
+    motion: AxisMotion, names: tuple[str, ...], ripples: tuple[PositionRipple, ...], fits: list[ShiftedFit]
+) -> tuple[SmoothedLog, ...]:
+    return smoothings_of(motion, fits, ripples, lambda one: _ripples(motion, names, one))
 
 
 def _ripples(
@@ -248,6 +279,12 @@ def _estimates(
     return tuple(estimates)
 
 
+def _beside_something_else(estimate: Estimate) -> Estimate:
+    """The estimate of a log whose torque is for the most part of something else, however narrow its interval."""
+    reason = "most of the torque in this log is of something else, and a part of that may be in this number"
+    return replace(estimate, verdict=Determination.NOT_IDENTIFIED, reason=reason)
+
+
 def _over(fits: list[_Replicates], index: int, value: float) -> Interval:
     """The interval of one number over all fits, the value in it."""
     intervals = [one.interval(one.numbers[:, index]) for one in fits]
@@ -256,40 +293,17 @@ def _over(fits: list[_Replicates], index: int, value: float) -> Interval:
 
 
 def _replicates(fit: ShiftedFit, seed: int) -> _Replicates:
-    numbers, blocks = _block_bootstrap(fit.design, fit.target, fit.residual, seed)
+    numbers, blocks = block_bootstrap(fit.design, fit.target, fit.residual, seed)
     k = len(fit.solution)
     # a target made to fit with a longer lag or a later shift is later by their sum
     late = fit.shift_s + fit.lag_s + numbers[:, k:].sum(axis=1)
     return _Replicates(fit, numbers[:, :k], late, blocks)
 
 
-def _block_bootstrap(design: Matrix, target: Vector, residual: Vector, seed: int) -> tuple[Matrix, int]:
-    """Solutions of resampled blocks, shape (repeats, p); normal equations are added up per block, so a repeat costs
-    nothing.
-    """
-    n, unknowns = design.shape
-    length = int(np.ceil(_TIMES_PER_BLOCK * autocorrelation_time(residual)))
-    blocks = max(_MIN_BLOCKS, n // max(1, length))
-    edges = np.linspace(0, n, blocks + 1).astype(np.int64)
-    normal = np.stack([design[a:b].T @ design[a:b] for a, b in pairwise(edges)])
-    moment = np.stack([design[a:b].T @ target[a:b] for a, b in pairwise(edges)])
-    chosen = np.random.default_rng(seed).integers(0, blocks, size=(_REPEATS, blocks))
-    counts = np.stack([np.bincount(row, minlength=blocks) for row in chosen]).astype(np.float64)
-    matrices = (counts @ normal.reshape(blocks, -1)).reshape(-1, unknowns, unknowns)
-    # a resample without any row of one direction has no solution for it: a trace of the full data keeps it finite
-    matrices += 1e-9 * np.sum(normal, axis=0)
-    moments = counts @ moment + 1e-9 * np.sum(moment, axis=0)
-    # columns of one size, so that what is cut off as dependent is that and not merely small; nothing is left of a
-    # column of zeros
-    size = np.sqrt(np.maximum(np.diag(np.sum(normal, axis=0)), 1e-300))
-    inverse = np.linalg.pinv(matrices / np.outer(size, size), rcond=_DEPENDENT**2, hermitian=True)
-    return np.einsum("rij,rj->ri", inverse, moments / size).reshape(_REPEATS, unknowns) / size, blocks
-
-
 def _undetermined(scaled: Matrix) -> set[int]:
     """Indices of the columns, all of length 1 or zero, that take part in a combination which leaves nothing."""
     _, singular, vt = np.linalg.svd(scaled, full_matrices=False)
-    nothing = vt[singular <= _DEPENDENT * singular[0]]
+    nothing = vt[singular <= DEPENDENT * singular[0]]
     return set(np.flatnonzero(np.any(np.abs(nothing) > _TAKES_PART, axis=0)).tolist())
 
 

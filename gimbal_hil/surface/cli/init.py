@@ -29,6 +29,8 @@ _NUMBERS = {
 }
 #: what is asked for when nobody said --yes; the rest has options only
 _ASKED = ("mass", "inertia", "breakaway", "torque", "rate_limit", "encoder")
+#: what turns, and a carriage on a linear axis has not
+_OF_TURNING = ("inertia", "cog")
 #: what an air bearing, or a balanced body, has none of
 _MAY_BE_ZERO = ("cog", "coulomb", "breakaway", "viscous")
 
@@ -156,10 +158,16 @@ def _names(text: str, kind: ModelKind) -> tuple[str, ...]:
 def _axis(
     name: str, place: int, kind: ModelKind, numbers: dict[str, dict[str, float]], travel: dict[str, Any], ask: Asker
 ) -> AxisDescription:
+    from firmware_protocol.errors import BadInputError
     from gimbal_hil.surface.starting import AxisDescription, usual_axis
+    from sim_backend.model import ModelKind
 
     told: dict[str, Any] = {_NUMBERS[option][0]: by_axis.get(name) for option, by_axis in numbers.items()}
-    for option in _ASKED:
+    without = _OF_TURNING if kind is ModelKind.LINEAR else ()
+    for option in without:
+        if told[_NUMBERS[option][0]] is not None:
+            raise BadInputError(f"--{option}", "is nothing that a linear axis has", f"--mass {name}=KG")
+    for option in (one for one in _ASKED if one not in without):
         key, text = _NUMBERS[option]
         if told[key] is None:
             standing = usual_axis(AxisDescription(name, **told), kind, place)
