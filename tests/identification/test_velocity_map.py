@@ -82,6 +82,16 @@ def test_a_gentle_acceleration_inside_the_tolerance_is_paid_for_by_the_momentum_
     assert found.points[0].rate == pytest.approx(float(np.mean(rate)), rel=1e-3)
 
 
+def test_torque_and_rate_of_a_point_are_those_of_the_same_rows() -> None:
+    time = np.arange(6000) * 1e-3
+    # a loop that comes to its speed slowly, within what counts as steady; viscosity of a cold axis
+    rate = 0.1 * (1.0 + 0.004 * np.exp(-time / 0.6))
+    position = 0.1 * time - 0.00024 * np.exp(-time / 0.6)
+    friction = 0.2 + 1.5 * rate + 2e-6 * np.random.default_rng(3).normal(size=len(time))
+    (point,) = measure_velocity_map([Plateau("cold", time, position, friction, 0.0)]).points
+    assert point.torque == pytest.approx(0.2 + 1.5 * point.rate, abs=3e-7)
+
+
 def test_passes_of_one_speed_become_one_point() -> None:
     reference = there_and_back((0.02, 0.02, 0.02, 0.05))
     found = _measure(follow_rate(Rig(), reference, 5))

@@ -86,10 +86,15 @@ def find_steady_window(time_s: Vector, position: Vector, rule: SteadyRule | None
             found = _accept(speeds[first : first + length], limits)
             if found is not None:
                 start, stop = int(edges[first]), int(edges[first + length]) + 1
-                rate = float((position[stop - 1] - position[start]) / (time_s[stop - 1] - time_s[start]))
+                rate = mean_rate(time_s, position, start, stop)
                 error = float(np.std(speeds[first : first + length], ddof=1) / np.sqrt(length))
                 return SteadyWindow(start, stop, rate, error, *found)
     return None
+
+
+def mean_rate(time_s: Vector, position: Vector, start: int, stop: int) -> float:
+    """Mean speed over rows `start` (first) to `stop` (one past the last)."""
+    return float((position[stop - 1] - position[start]) / (time_s[stop - 1] - time_s[start]))
 
 
 def settled_start(values: Vector, rule: SteadyRule | None = None) -> tuple[int, float]:

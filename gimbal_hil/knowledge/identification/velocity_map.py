@@ -10,7 +10,13 @@ import numpy as np
 
 from gimbal_hil.knowledge.identification.averaging import Vector, mean_with_error, spread_about_lines, weighted_mean
 from gimbal_hil.knowledge.identification.position_curve import PositionCurve, fit_position_curve
-from gimbal_hil.knowledge.identification.steadiness import SteadyRule, SteadyWindow, find_steady_window, settled_start
+from gimbal_hil.knowledge.identification.steadiness import (
+    SteadyRule,
+    SteadyWindow,
+    find_steady_window,
+    mean_rate,
+    settled_start,
+)
 
 #: plateaus whose speeds differ by less than this share are passes of one speed
 _SAME_SPEED = 0.03
@@ -168,7 +174,8 @@ def _measure(
     # a drift that no trimming removes leaves the level uncertain by its uniform spread
     error = float(np.sqrt(estimate.standard_error**2 + momentum_error**2 + drift**2 / 12.0))
     return VelocityPoint(
-        window.rate,
+        # of the rows whose torque counts: a loop that still comes to its speed was faster or slower before them
+        mean_rate(plateau.time_s, plateau.position, kept.start, kept.stop),
         estimate.mean - momentum,
         error,
         window.rate_error,
