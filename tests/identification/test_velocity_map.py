@@ -7,6 +7,7 @@ import pytest
 
 from gimbal_hil.knowledge.identification import Plateau, VelocityMap, measure_velocity_map
 from gimbal_hil.knowledge.identification.axis_motion import centred_torque
+from gimbal_hil.knowledge.identification.position_curve import fit_position_curve
 from tests.identification.one_axis_rig import (
     ENCODER_STEP,
     OUTER,
@@ -80,6 +81,31 @@ def test_a_gentle_acceleration_inside_the_tolerance_is_paid_for_by_the_momentum_
     found = measure_velocity_map([Plateau("accelerating", time, position, friction, 50.0)])
     assert found.points[0].torque == pytest.approx(0.25, abs=2e-4)
     assert found.points[0].rate == pytest.approx(float(np.mean(rate)), rel=1e-3)
+
+
+@pytest.mark.parametrize("order", [5.0, 17.0, 40.0])
+def test_a_ripple_is_taken_off_pieces_that_end_in_the_middle_of_it(order: float) -> None:
+    draw, pieces, levels = np.random.default_rng(4), [], []
+    for number in range(24):
+        low = draw.uniform(0.0, 1.1)
+        q = np.linspace(low, draw.uniform(low + 0.15, 1.3), 4000)[:: (-1) ** number]
+        levels.append(0.1 + 0.01 * number)
+        pieces.append((q, levels[-1] + 0.01 * np.sin(order * q + 0.4) + 1e-6 * draw.normal(size=4000)))
+    curve = fit_position_curve(pieces)
+    assert curve is not None
+    means = [np.mean(torque - curve.torque(q)) for q, torque in pieces]
+    off = np.array(means) - np.array(levels)
+    # what is the same in all of them cannot be told from friction
+    assert np.std(off) < 1e-3 * 0.01
+
+
+def test_no_curve_is_bent_through_noise_or_a_stretch_that_nothing_passes() -> None:
+    draw = np.random.default_rng(5)
+    q = np.linspace(0.0, 0.3, 4000)
+    assert fit_position_curve([(q, draw.normal(size=4000)), (q, draw.normal(size=4000))]) is None
+    apart = [(q, np.sin(20.0 * q)), (q + 0.7, np.sin(20.0 * (q + 0.7))), (q[:2000], np.sin(20.0 * q[:2000]))]
+    curve = fit_position_curve(apart)
+    assert curve is not None and np.max(np.abs(curve.torque(np.linspace(0.0, 1.0, 500)))) < 4.0
 
 
 def test_torque_and_rate_of_a_point_are_those_of_the_same_rows() -> None:

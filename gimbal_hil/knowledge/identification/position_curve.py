@@ -1,4 +1,4 @@
-"""Torque that depends on position alone, as one smooth curve shared by every speed and both directions."""
+"""Torque that depends on position alone, as one curve shared by every speed and both directions."""
 
 from __future__ import annotations
 
@@ -6,25 +6,34 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.linalg import lstsq
 
 from gimbal_hil.knowledge.identification.averaging import Vector
 
 _KNOTS = 60
+#: means that stand in for the rows between two knots, of each piece
+_MEANS = 8
+#: weight of a level of zero, and of a straight line through knots that no piece passes
+_WEAK = 1e-3
 #: knots that at least this part of the pieces of the busiest knot pass are where the curve is zero on average
 _COMMON_SHARE = 0.8
 
 
 @dataclass(frozen=True)
 class PositionCurve:
-    """Piecewise linear torque over position, zero on average where most pieces pass; `knots`, `values`: shape (k,)."""
+    """Torque over position, a cubic spline through `values` at `knots`, shape (k,); zero on average where most pieces
+    pass.
+    """
 
     knots: Vector
     values: Vector
 
     def torque(self, position: Vector) -> Vector:
         """Torque at positions of any shape; constant beyond the outer knots."""
-        return np.asarray(np.interp(position, self.knots, self.values))
+        inside = np.clip(position, self.knots[0], self.knots[-1])
+        return np.asarray(CubicSpline(self.knots, self.values)(inside))
 
 
 def fit_position_curve(pieces: Sequence[tuple[Vector, Vector]], knots: int = _KNOTS) -> PositionCurve | None:
@@ -39,49 +48,78 @@ def fit_position_curve(pieces: Sequence[tuple[Vector, Vector]], knots: int = _KN
         return None
     low, high = min(float(q.min()) for q, _ in usable), max(float(q.max()) for q, _ in usable)
     edges = np.linspace(low, high, knots + 1)
-    centres = 0.5 * (edges[1:] + edges[:-1])
-    rows, columns, means, weights = [], [], [], []
-    for number, (q, torque) in enumerate(usable):
-        bins = np.clip(((q - low) / (high - low) * knots).astype(np.int64), 0, knots - 1)
-        counts = np.bincount(bins, minlength=knots)
-        sums = np.bincount(bins, weights=torque, minlength=knots)
-        filled = np.flatnonzero(counts)
-        rows.extend([number] * len(filled))
-        columns.extend(filled.tolist())
-        means.extend((sums[filled] / counts[filled]).tolist())
-        weights.extend(np.sqrt(counts[filled] / len(q)).tolist())
-    values, gain = _levelled(np.array(rows), np.array(columns), np.array(means), np.array(weights), len(usable), knots)
-    if gain < 0.0:
+    cells = _means(usable, low, high, knots)
+    if _gain(cells, len(usable), knots) < 0.0:
         return None
-    covered = np.bincount(np.array(columns), minlength=knots)
-    seen = covered > 0
-    curve = np.interp(centres, centres[seen], values[seen])
-    common = covered >= _COMMON_SHARE * int(np.max(covered))
-    return PositionCurve(centres, curve - float(np.mean(curve[common])))
+    # a mean over a cell of a ripple is too small, and one over a part of a cell stands elsewhere
+    values = _through(_means(usable, low, high, knots * _MEANS), edges, len(usable))
+    covered = np.bincount(cells.cell, minlength=knots)
+    common = np.flatnonzero(covered >= _COMMON_SHARE * int(np.max(covered)))
+    among = (common[:, None] + (np.arange(_MEANS) + 0.5) / _MEANS) * (high - low) / knots + low
+    curve = PositionCurve(edges, values)
+    return PositionCurve(edges, values - float(np.mean(curve.torque(among))))
 
 
-def _levelled(
-    rows: Vector, columns: Vector, means: Vector, weights: Vector, pieces: int, knots: int
-) -> tuple[Vector, float]:
-    """Least squares of `mean = curve[column] + level[row]`, with the levels as weakly held nuisances.
-
-    Answers the curve at its knots and what it gains over levels alone by the Bayesian information criterion; negative:
-    not worth its unknowns.
+@dataclass(frozen=True)
+class _Means:
+    """Mean positions and torques of pieces over cells of the range; `weight` is the root of a cell's share of its
+    piece; all (n,).
     """
-    n = len(means)
-    design = np.zeros((n + pieces, knots + pieces))
-    index = np.arange(n)
-    design[index, columns.astype(np.int64)] = weights
-    design[index, knots + rows.astype(np.int64)] = weights
-    design[n + np.arange(pieces), knots + np.arange(pieces)] = 1e-3
-    # complete orthogonal decomposition: a fifth of the time of the singular value decomposition that numpy takes
-    solution = lstsq(
-        design, np.concatenate([means * weights, np.zeros(pieces)]), lapack_driver="gelsy", check_finite=False
-    )[0]
-    misfit = (means - solution[columns] - solution[knots + rows]) * weights
-    level = np.bincount(rows, weights=means * weights**2) / np.bincount(rows, weights=weights**2)
-    plain = (means - level[rows]) * weights
-    unknowns = len(np.unique(columns)) - 1
-    floor = 1e-24 * float(means @ means) + 1e-300
+
+    piece: NDArray[np.int64]
+    cell: NDArray[np.int64]
+    position: Vector
+    torque: Vector
+    weight: Vector
+
+
+def _means(pieces: Sequence[tuple[Vector, Vector]], low: float, high: float, cells: int) -> _Means:
+    found = []
+    for number, (q, torque) in enumerate(pieces):
+        cell = np.clip(((q - low) / (high - low) * cells).astype(np.int64), 0, cells - 1)
+        counts = np.bincount(cell, minlength=cells)
+        filled = np.flatnonzero(counts)
+        sums = [np.bincount(cell, weights=x, minlength=cells)[filled] / counts[filled] for x in (q, torque)]
+        found.append((np.full(len(filled), number), filled, *sums, np.sqrt(counts[filled] / len(q))))
+    return _Means(*(np.concatenate(column) for column in zip(*found, strict=True)))
+
+
+def _through(means: _Means, knots: Vector, pieces: int) -> Vector:
+    """Values at the knots of the spline that is nearest to the means, each piece with a level of its own; straight
+    where no piece passes.
+    """
+    count = len(means.piece)
+    design = np.zeros((count + pieces + len(knots) - 2, len(knots) + pieces))
+    design[:count, : len(knots)] = CubicSpline(knots, np.eye(len(knots)))(means.position) * means.weight[:, None]
+    design[np.arange(count), len(knots) + means.piece] = means.weight
+    design[count + np.arange(pieces), len(knots) + np.arange(pieces)] = _WEAK
+    design[count + pieces :, : len(knots)] = _WEAK * np.diff(np.eye(len(knots)), 2, axis=0)
+    torque = np.concatenate([means.torque * means.weight, np.zeros(pieces + len(knots) - 2)])
+    return _solved(design, torque)[: len(knots)]
+
+
+def _gain(means: _Means, pieces: int, cells: int) -> float:
+    """What a curve of one value a cell gains over levels alone by the Bayesian information criterion; negative: not
+    worth its unknowns.
+    """
+    n, index = len(means.piece), np.arange(len(means.piece))
+    design = np.zeros((n + pieces, cells + pieces))
+    design[index, means.cell] = means.weight
+    design[index, cells + means.piece] = means.weight
+    design[n + np.arange(pieces), cells + np.arange(pieces)] = _WEAK
+    solution = _solved(design, np.concatenate([means.torque * means.weight, np.zeros(pieces)]))
+    misfit = (means.torque - solution[means.cell] - solution[cells + means.piece]) * means.weight
+    share = means.weight**2
+    level = np.bincount(means.piece, weights=means.torque * share) / np.bincount(means.piece, weights=share)
+    plain = (means.torque - level[means.piece]) * means.weight
+    unknowns = len(np.unique(means.cell)) - 1
+    floor = 1e-24 * float(means.torque @ means.torque) + 1e-300
     gain = n * np.log((float(plain @ plain) + floor) / (float(misfit @ misfit) + floor)) - unknowns * np.log(n)
-    return np.asarray(solution[:knots]), float(gain)
+    return float(gain)
+
+
+def _solved(design: NDArray[np.float64], wanted: Vector) -> Vector:
+    """Least squares of least norm by complete orthogonal decomposition: a fifth of the time of the singular value
+    decomposition that numpy takes.
+    """
+    return np.asarray(lstsq(design, wanted, lapack_driver="gelsy", check_finite=False)[0])
