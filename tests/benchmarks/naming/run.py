@@ -22,10 +22,11 @@ from pathlib import Path
 
 from tests.benchmarks.naming.cases import DEVELOPMENT, Task, all_tasks, sealed_seed
 from tests.benchmarks.naming.folders import write_case
+from tests.benchmarks.naming.pictures import drawn
 from tests.benchmarks.naming.scoring import Score, score, tally
 
 CHECKOUT = Path(__file__).resolve().parents[3]
-RIVALS = ("bic", "plain", "sindy", "narmax", "genetic", "operon", "product")
+RIVALS = ("bic", "plain", "sindy", "narmax", "genetic", "operon", "mujoco_id", "structural", "product")
 #: processor seconds that a tool may take for a case
 LIMIT_S = 300.0
 
@@ -71,21 +72,29 @@ def scores_of(folder: Path, tool: str, tasks: list[Task]) -> list[Score]:
     return found
 
 
+def all_scores(folder: Path, tasks: list[Task]) -> dict[str, list[Score]]:
+    """Scores of every tool that has answered, best first."""
+    tools = sorted((path.name for path in (folder / "answers").iterdir()), reverse=True)
+    found = {tool: scores for tool in tools if (scores := scores_of(folder, tool, tasks))}
+    return dict(sorted(found.items(), key=lambda pair: -good(pair[1])))
+
+
+def good(scores: list[Score]) -> float:
+    """Share of cases that are all right."""
+    return sum(one.good for one in scores) / len(scores)
+
+
 def table(folder: Path, tasks: list[Task]) -> str:
     """A line for each tool that has answered, best first."""
-    rows = []
-    for tool in sorted(path.name for path in (folder / "answers").iterdir()):
-        found = scores_of(folder, tool, tasks)
-        if found:
-            rows.append((sum(one.good for one in found) / len(found), tool, tally(found)))
     lines = [
         "| tool | cases | all right | exact | right class | false name | false on nothing | silent: something, nothing "
         "| Brier | too sure by | closed on a new trajectory | processor s |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
-    for good, tool, t in sorted(rows, reverse=True):
+    for tool, scores in all_scores(folder, tasks).items():
+        t = tally(scores)
         lines.append(
-            f"| `{tool}` | {t.cases} | {good:.0%} | {t.exact:.0%} | {t.right_class:.0%} | {t.false:.0%} "
+            f"| `{tool}` | {t.cases} | {good(scores):.0%} | {t.exact:.0%} | {t.right_class:.0%} | {t.false:.0%} "
             f"| {t.false_on_nothing:.0%} | {t.silent_on_something:.0%}, {t.silent_on_nothing:.0%} | {t.brier:.2f} "
             f"| {t.overconfidence:+.2f} | {t.closed_median:.2f} | {t.seconds_median:.1f} |"
         )
@@ -105,6 +114,7 @@ def main() -> None:
     reader.add_argument("--skip", type=int, default=0, help="but not the first so many")
     reader.add_argument("--sealed", metavar="COMMIT", help="cases of the seed that belongs to a commit")
     reader.add_argument("--table", action="store_true", help="scores of what has been answered")
+    reader.add_argument("--picture", type=Path, help="draw what probabilities were worth (SVG)")
     reader.add_argument("--cases", action="store_true", help="a line for each case")
     chosen = reader.parse_args()
     seed = sealed_seed(chosen.sealed, CHECKOUT) if chosen.sealed else DEVELOPMENT
@@ -133,6 +143,8 @@ def main() -> None:
                 print(json.dumps({"tool": tool, **asdict(one)}))
     if chosen.table:
         print(table(chosen.folder, tasks))
+    if chosen.picture is not None:
+        chosen.picture.write_text(drawn(all_scores(chosen.folder, tasks)), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -34,7 +34,7 @@ class Score:
     """One answer to one case."""
 
     task: str
-    #: exactly what is hidden was named; or every name is at least of the right class
+    #: exactly what is hidden was named; or the classes that were named are those of what is hidden
     exact: bool
     of_class: bool
     #: names of nothing that is there
@@ -69,10 +69,7 @@ def score(truth: Path, case: Path, answer: Path, seconds: float) -> Score:
     return Score(
         hidden["task"],
         bool(wanted) and wanted <= firm <= allowed,
-        bool(wanted)
-        and bool(firm)
-        and all(_near(pair, allowed) for pair in firm)
-        and all(_near(p, firm) for p in wanted),
+        bool(wanted) and _classes_of(wanted) <= _classes_said(told) <= _classes_of(allowed),
         sum(pair not in allowed for pair in firm),
         written.exists() and not firm,
         bool(wanted),
@@ -101,10 +98,21 @@ def _folded(name: str) -> str:
     return "viscous" if name == "back_emf" else name
 
 
-def _near(pair: Pair, others: set[Pair]) -> bool:
+def _class(pair: Pair) -> tuple[frozenset[str], str]:
     name, axis = pair
-    mine: set[str] = next((members for members in CLASSES if name in members), {name})
-    return any(axis == where and other in mine | {name} for other, where in others)
+    return next((frozenset(members) for members in CLASSES if name in members), frozenset({name})), axis
+
+
+def _classes_of(pairs: set[Pair]) -> set[tuple[frozenset[str], str]]:
+    return {_class(pair) for pair in pairs}
+
+
+def _classes_said(told: dict[Pair, float]) -> set[tuple[frozenset[str], str]]:
+    """Classes that a tool says: its members' probabilities count together, so that who cannot tell may say so."""
+    total: dict[tuple[frozenset[str], str], float] = {}
+    for pair, probability in told.items():
+        total[_class(pair)] = total.get(_class(pair), 0.0) + probability
+    return {one for one, probability in total.items() if probability >= FIRM}
 
 
 def _closed(truth: Path, case: Path, answer: Path) -> float | None:

@@ -13,20 +13,25 @@ import pytest
 
 from tests.benchmarks.naming.cases import all_tasks, fingerprint
 from tests.benchmarks.naming.folders import write_case
-from tests.benchmarks.naming.run import answered, scores_of, table
+from tests.benchmarks.naming.pictures import drawn, reliability
+from tests.benchmarks.naming.rivals.answers import write_answer
+from tests.benchmarks.naming.rivals.product import said, told_by
+from tests.benchmarks.naming.run import RIVALS, answered, scores_of, table
 from tests.benchmarks.naming.scoring import Score, score, tally
 from tests.benchmarks.naming.tables import read_csv, write_csv
 from tests.blind.causes import catalogue, outside
 
 ROOT = Path(__file__).resolve().parents[3]
 PACKAGE = Path(__file__).parent
+#: adapters of libraries that the tests do not have
+ELSEWHERE = ("sindy", "narmax", "genetic", "operon", "mujoco_id", "structural")
 
 
 def test_nothing_of_the_product_is_imported() -> None:
     modules = [
         ".".join(path.relative_to(ROOT).with_suffix("").parts)
         for path in sorted(PACKAGE.rglob("*.py"))
-        if path.name not in ("test_naming.py", "sindy.py", "narmax.py", "genetic.py", "operon.py")
+        if path != Path(__file__) and path.stem not in ELSEWHERE
     ]
     program = (
         "import sys, types\n"
@@ -42,6 +47,36 @@ def test_nothing_of_the_product_is_imported() -> None:
 def test_adapters_of_others_ask_for_the_product_no_more_than_that() -> None:
     for path in (PACKAGE / "rivals").glob("*.py"):
         assert not [line for line in path.read_text().splitlines() if line.startswith(("from gimbal", "import gimbal"))]
+
+
+def test_every_adapter_can_be_asked_by_its_name() -> None:
+    adapters = {path.stem for path in (PACKAGE / "rivals").glob("*.py") if "__main__" in path.read_text()}
+    assert adapters == set(RIVALS)
+
+
+def test_of_a_ripple_that_was_told_only_columns_of_its_order_predict() -> None:
+    told = {"effects": [{"name": "cogging", "axis": "outer", "parameters": {"order": {"value": 6.9}}}]}
+    columns = [f"cogging#{order}" for order in range(1, 12)]
+    assert [column for column in columns if said(column, "outer", told)] == ["cogging#6", "cogging#7"]
+    assert not said("cogging#7", "inner", told) and not said("viscous", "outer", told)
+
+
+def test_alternatives_of_an_ambiguous_verdict_share_what_their_class_has_beyond_it() -> None:
+    effect = {"name": "actuator_lag", "axis": "outer", "probability": 0.5, "probability_of_class": 0.9}
+    other = {"name": "transport_delay", "axis": "outer", "instead_of": "actuator_lag", "instead_of_axis": "outer"}
+    told = told_by({"effects": [effect | {"status": "ambiguous"}], "alternatives": [other]})
+    assert told == {("actuator_lag", "outer"): 0.49, ("transport_delay", "outer"): pytest.approx(0.41)}
+    assert told_by({"effects": [effect | {"status": "named"}]}) == {("actuator_lag", "outer"): 0.5}
+
+
+def test_that_all_names_are_wrong_is_as_likely_as_a_tool_says_or_as_independent_names_have_it(tmp_path: Path) -> None:
+    told, torque = {("viscous", "outer"): 0.5, ("inertia", "inner"): 0.6}, {"outer": np.zeros(3)}
+    for stated, expected in ((None, 0.2), (0.1, 0.1)):
+        write_answer(tmp_path, told, torque, stated)
+        answer = json.loads((tmp_path / "answer.json").read_text())
+        assert answer["something_else"] == pytest.approx(expected)
+    write_answer(tmp_path, {}, torque)
+    assert json.loads((tmp_path / "answer.json").read_text()) == {"effects": [], "something_else": 1.0}
 
 
 def test_the_list_of_cases_is_frozen() -> None:
@@ -101,6 +136,13 @@ def test_another_name_is_false_though_it_is_of_the_class(judged) -> None:  # typ
     assert not one.exact and one.of_class and one.false_names == 1 and one.closed == pytest.approx(0.0)
 
 
+def test_who_cannot_tell_two_of_a_class_apart_has_the_class_and_no_name(judged) -> None:  # type: ignore[no-untyped-def]
+    one = judged([("cogging", "outer", 0.45), ("cable_spring", "outer", 0.45)])
+    assert one.of_class and not one.exact and one.false_names == 0
+    assert not judged([("cogging", "outer", 0.3), ("cable_spring", "outer", 0.1)]).of_class
+    assert not judged([("cogging", "outer", 0.9), ("inertia", "outer", 0.9)]).of_class
+
+
 def test_a_right_name_beside_a_false_one_is_not_exact(judged) -> None:  # type: ignore[no-untyped-def]
     assert not judged([("cogging", "outer", 0.9), ("inertia", "inner", 0.6)]).exact
 
@@ -112,6 +154,14 @@ def test_the_axis_belongs_to_the_name(judged) -> None:  # type: ignore[no-untype
 def test_an_unlikely_name_is_not_said_but_counts_for_calibration(judged) -> None:  # type: ignore[no-untyped-def]
     one = judged([("inertia", "outer", 0.4)])
     assert one.abstained and one.false_names == 0 and one.told == ((0.4, False),)
+
+
+def test_what_was_said_stands_in_a_picture_against_how_often_it_was_right(judged) -> None:  # type: ignore[no-untyped-def]
+    scores = [judged([("cogging", "outer", 0.9)]), judged([("inertia", "outer", 0.8), ("viscous", "inner", 0.1)])]
+    assert reliability(scores) == [(pytest.approx(0.1), 0.0, 1), (pytest.approx(0.85), 0.5, 2)]
+    assert reliability([judged([])]) == []
+    picture = drawn({"one": scores, "silent": [judged([])]})
+    assert picture.count("<circle") == 2 and "3 names in 2 cases" in picture and "0 names in 1 cases" in picture
 
 
 def test_silence_is_right_where_there_is_nothing(judged) -> None:  # type: ignore[no-untyped-def]

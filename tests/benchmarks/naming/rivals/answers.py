@@ -15,7 +15,7 @@ from tests.benchmarks.naming.tables import write_csv
 
 Array = np.ndarray
 #: rows of a fit: a log has many more than it says new things
-EVERY = 20
+EVERY = 40
 
 
 @dataclass(frozen=True)
@@ -79,28 +79,43 @@ def _equation(
     return Equation(axis, in_torque, lack, stacked, variables)  # type: ignore[arg-type]
 
 
-def run(method: Method, knob: float) -> None:
+def asked(knob: float) -> argparse.Namespace:
     """The command line of an adapter: CASE ANSWER [--knob X]."""
     reader = argparse.ArgumentParser()
     reader.add_argument("case", type=Path)
     reader.add_argument("answer", type=Path)
     reader.add_argument("--knob", type=float, default=knob)
-    chosen = reader.parse_args()
+    return reader.parse_args()
+
+
+def run(method: Method, knob: float) -> None:
+    """Answer as the command line asks, equation by equation."""
+    chosen = asked(knob)
     case = read_case(chosen.case)
     told: dict[tuple[str, str], float] = {}
-    torque = {f"{axis}.torque": case.challenge.raw[f"{axis}.torque_model"].copy() for axis in case.axes}
+    torque = {axis: case.challenge.raw[f"{axis}.torque_model"].copy() for axis in case.axes}
     for equation in equations(case):
         found = method(equation, chosen.knob)
         for name, probability in found.names.items():
             pair = (name.split("#")[0], equation.axis)
             told[pair] = max(told.get(pair, 0.0), float(probability))
         if equation.in_torque:
-            torque[f"{equation.axis}.torque"] += found.predicted
-    chosen.answer.mkdir(parents=True, exist_ok=True)
-    write_csv(chosen.answer / "torque.csv", torque)
+            torque[equation.axis] += found.predicted
+    write_answer(chosen.answer, told, torque)
+
+
+def write_answer(
+    folder: Path, told: dict[tuple[str, str], float], torque: dict[str, Array], none: float | None = None
+) -> None:
+    """Probability by name and axis, and torque on the challenge by axis. `none` is the probability that all names are
+    wrong; without it that of names that are independent.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    write_csv(folder / "torque.csv", {f"{axis}.torque": column for axis, column in torque.items()})
     effects = [{"name": name, "axis": axis, "probability": p} for (name, axis), p in told.items()]
-    none = float(np.prod([1.0 - p for p in told.values()])) if told else 1.0
-    (chosen.answer / "answer.json").write_text(json.dumps({"effects": effects, "something_else": none}, indent=1))
+    if none is None:
+        none = float(np.prod([1.0 - p for p in told.values()]))
+    (folder / "answer.json").write_text(json.dumps({"effects": effects, "something_else": none}, indent=1))
 
 
 def name_of(equation: Equation, predicted: Array, least: float) -> dict[str, float]:

@@ -79,6 +79,11 @@ def _turning(raw: dict[str, Array], position: Array, rate: Array, axis: int) -> 
     return np.stack([c * outer[0] - s * outer[2], outer[1] + rate[:, 1], s * outer[0] + c * outer[2]])
 
 
+def own_turning(log: Log, axis: int) -> Array:
+    """Body rate about an axis by encoders and base, (n,)."""
+    return _turning(log.raw, log.position, log.rate, axis)[2 - axis]
+
+
 def torque_columns(case: Case, log: Log, axis: int) -> dict[str, list[Array]]:
     """Columns of each name that acts in the torque of an axis; ripples have one name for each order, `cogging#7`."""
     name, step_s = case.axes[axis], case.about["step_s"]

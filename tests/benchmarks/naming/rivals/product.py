@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.benchmarks.naming.rivals.answers import equations
+from tests.benchmarks.naming.rivals.answers import equations, write_answer
 from tests.benchmarks.naming.rivals.columns import Case, read_case
 from tests.benchmarks.naming.tables import write_csv
 
@@ -49,8 +49,8 @@ def model_of(about: dict[str, Any]) -> str:
     return json.dumps({"schema": 1, "name": "bench", "kind": "gimbal", "uncertainty": "0.1%", "axes": axes})
 
 
-def verdict_of(case: Case) -> dict[str, Any]:
-    """What the command says."""
+def verdict_of(case: Case, kept: Path) -> dict[str, Any]:
+    """What the command says; its verdict and model stay in `kept`, to be looked at."""
     program = shutil.which("gimbal-hil")
     if program is None:
         raise SystemExit("gimbal-hil is not installed here: pip install gimbal-hil")
@@ -62,7 +62,49 @@ def verdict_of(case: Case) -> dict[str, Any]:
             write_csv(folder / f"{k}.csv", shown)
         words = [program, "discrepancy", "--model", "model.yaml", "--measured", "0.csv", "--holdout", "1.csv"]
         subprocess.run([*words, "--out", "out", "--workers", "1", "--json"], cwd=folder, check=True)
-        return dict(json.loads((folder / "out" / "verdict.json").read_text()))
+        for name in ("verdict.json", "model.yaml"):
+            if (folder / "out" / name).exists():
+                shutil.copy(folder / "out" / name, kept)
+        return dict(json.loads((kept / "verdict.json").read_text()))
+
+
+def said(column: str, axis: str, verdict: dict[str, Any]) -> bool:
+    """Whether the verdict has this column, and of a ripple's its order or one that it lies between."""
+    name, _, order = column.partition("#")
+    found = [one["parameters"] for one in verdict["effects"] if (one["name"], one["axis"]) == (name, axis)]
+    return any(not order or abs(numbers["order"]["value"] - int(order)) < 1.0 for numbers in found)
+
+
+def told_by(verdict: dict[str, Any]) -> dict[tuple[str, str], float]:
+    """Probability by name and axis. What it calls ambiguous it does not say: that is less likely than not, and its
+    alternatives share what their class has beyond it.
+    """
+    told: dict[tuple[str, str], float] = {}
+    for one in verdict["effects"]:
+        own = one["probability"] if one["status"] == "named" else min(one["probability"], 0.49)
+        told[one["name"], one["axis"]] = own
+        others = [
+            (other["name"], other["axis"])
+            for other in verdict.get("alternatives", ())
+            if (other["instead_of"], other["instead_of_axis"]) == (one["name"], one["axis"])
+        ]
+        for other in others:
+            share = min(max(one["probability_of_class"] - own, 0.0) / len(others), 0.49)
+            told[other] = max(told.get(other, 0.0), share)
+    return told
+
+
+def answer(case: Case, verdict: dict[str, Any], folder: Path) -> None:
+    """Leave what a verdict says of a case."""
+    told = told_by(verdict)
+    torque = {axis: case.challenge.raw[f"{axis}.torque_model"].copy() for axis in case.axes}
+    for equation in equations(case):
+        names = [full for full in equation.candidates if said(full, equation.axis, verdict)]
+        if names and equation.in_torque:
+            first, second, challenge = (np.column_stack([equation.candidates[n][k] for n in names]) for k in range(3))
+            matrix, lack = np.concatenate([first, second]), np.concatenate(equation.lack)
+            torque[equation.axis] += challenge @ np.linalg.lstsq(matrix, lack, rcond=None)[0]
+    write_answer(folder, told, torque, verdict.get("something_else"))
 
 
 def main() -> None:
@@ -72,28 +114,8 @@ def main() -> None:
     reader.add_argument("answer", type=Path)
     chosen = reader.parse_args()
     case = read_case(chosen.case)
-    verdict = verdict_of(case)
     chosen.answer.mkdir(parents=True, exist_ok=True)
-    # what it calls ambiguous it does not say: it counts as less likely than not
-    told = [
-        (one["name"], one["axis"], one["probability"] if one["status"] == "named" else min(one["probability"], 0.49))
-        for one in verdict["effects"]
-    ]
-    torque = {f"{axis}.torque": case.challenge.raw[f"{axis}.torque_model"].copy() for axis in case.axes}
-    for equation in equations(case):
-        names = [
-            full
-            for full in equation.candidates
-            if any((full.split("#")[0], equation.axis) == (name, axis) for name, axis, _ in told)
-        ]
-        if names and equation.in_torque:
-            first, second, challenge = (np.column_stack([equation.candidates[n][k] for n in names]) for k in range(3))
-            matrix, lack = np.concatenate([first, second]), np.concatenate(equation.lack)
-            torque[f"{equation.axis}.torque"] += challenge @ np.linalg.lstsq(matrix, lack, rcond=None)[0]
-    write_csv(chosen.answer / "torque.csv", torque)
-    effects = [{"name": name, "axis": axis, "probability": p} for name, axis, p in told]
-    answer = {"effects": effects, "something_else": verdict.get("something_else", 1.0)}
-    (chosen.answer / "answer.json").write_text(json.dumps(answer, indent=1))
+    answer(case, verdict_of(case, chosen.answer), chosen.answer)
 
 
 if __name__ == "__main__":
