@@ -107,6 +107,17 @@ def test_the_tuned_antenna_holds_what_was_asked_in_the_arena(realistic: Tuning, 
         assert not found.tripped and found.los_rms < most
 
 
+def test_a_reference_leaves_the_rate_that_the_loops_ask_for_where_the_model_is_wrong(realistic: Tuning) -> None:
+    model, settings = shipped_model("realistic"), shipped_settings()
+    for one in realistic.axes:
+        section, prefilter = settings.axes[one.axis], one.changes[f"axes.{one.axis}.prefilter"]
+        stiffness = one.changes[f"axes.{one.axis}.rate_loop.kp_s_per_rad"] * section.rate_loop.torque_per_unit_nm
+        # inertia 30 % off while it speeds up, as a rate that the proportional gain of the rate loop has to see
+        torque = 0.3 * prefilter["acceleration_rad_s2"] * axis_inertias(model, one.axis)[0]
+        most = section.position_loop.rate_limit_rad_s
+        assert 0.9 * torque / stiffness < most - prefilter["rate_rad_s"] < 3.0 * torque / stiffness
+
+
 @pytest.mark.heavy
 @pytest.mark.parametrize("times", [0.2, 5.0])
 def test_another_inertia_gets_gains_in_proportion(times: float) -> None:

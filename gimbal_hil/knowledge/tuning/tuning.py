@@ -10,6 +10,7 @@ from typing import Any
 from gimbal_hil.knowledge.tuning.aims import Aim
 from gimbal_hil.knowledge.tuning.axis_cases import axis_cases
 from gimbal_hil.knowledge.tuning.choosing import (
+    WRONG_SHARE,
     JointMaker,
     LoopChoice,
     LoopFigures,
@@ -35,7 +36,8 @@ _MOST_NOISE = 0.003
 _WALK_AND_GUST = {Aim.TRACKING: (1.0, 0.0), Aim.BOTH: (1.0, 0.1), Aim.POINTING: (0.25, 0.1)}
 #: what of the walking torque is left where the model's friction is fed forward
 _LEFT_WALK = 0.02
-#: the prefilter's corner over the position loop's gain, and at most (1/s); its acceleration in torque over the limit
+#: the prefilter's corner over the position loop's gain, and at most (1/s); its acceleration in torque over the limit:
+#: more gains next to nothing, at the zenith either
 _PREFILTER_SHARE, _QUICKEST_PREFILTER, _ACCELERATION_SHARE = 0.25, 15.0, 0.5
 #: a number that may be off by more than this share of itself is not fed forward: half as much again is the break-even
 _MOST_UNCERTAIN = 0.5
@@ -139,7 +141,9 @@ def _axis(settings: DaemonSettings, model: AntennaModel, axis: str, margin: floa
     if of_observed is not None and of_observed.error_rad > of_cascade.error_rad:
         observed, of_observed = None, None
     before = figures(laws_of(settings, model, axis, task), task)
-    return AxisTuning(axis, before, of_cascade, of_observed, _changes(section, model, axis, task, cascade, observed))
+    feeds_bodies = whole and not _uncertain(model, "bodies")
+    changes = _changes(section, model, axis, task, cascade, observed, feeds_bodies)
+    return AxisTuning(axis, before, of_cascade, of_observed, changes)
 
 
 def _observed(model: AntennaModel, axis: str, task: TuningTask, feeds_friction: bool) -> LoopChoice | None:
@@ -168,6 +172,7 @@ def _changes(
     task: TuningTask,
     cascade: LoopChoice,
     observed: LoopChoice | None,
+    feeds_bodies: bool,
 ) -> dict[str, Any]:
     """Keys of one axis, rounded as people would write them."""
     inertia, scale = max(case.inertia_kg_m2 for case in task.cases), section.rate_loop.torque_per_unit_nm
@@ -175,10 +180,12 @@ def _changes(
     assert isinstance(law, CascadeLaw)
     position = min(law.position_kp, observed.numbers[0]) if observed else law.position_kp
     limit = min(section.limits.torque_nm, model.number(axis, "actuator.limit") or math.inf)
-    corner, rate = (
-        _rounded(min(_PREFILTER_SHARE * position, _QUICKEST_PREFILTER)),
-        0.8 * section.position_loop.rate_limit_rad_s,
-    )
+    corner = _rounded(min(_PREFILTER_SHARE * position, _QUICKEST_PREFILTER))
+    acceleration = _ACCELERATION_SHARE * limit / inertia
+    crossing = min(law.rate_kp / inertia, observed.numbers[1]) if observed else law.rate_kp / inertia
+    unknown = acceleration * (WRONG_SHARE if feeds_bodies else 1.0)
+    unknown += model.number(axis, "friction.breakaway") / inertia
+    rate = _below(section.position_loop.rate_limit_rad_s, unknown / crossing)
     found: dict[str, Any] = {
         "position_loop.kp_per_s": law.position_kp,
         "position_loop.ki_per_s2": law.position_ki,
@@ -190,7 +197,7 @@ def _changes(
         "num": corner,
         "den": [1.0, corner],
         "rate_rad_s": _rounded(min(rate, section.limits.rate_rad_s)),
-        "acceleration_rad_s2": _rounded(_ACCELERATION_SHARE * limit / inertia),
+        "acceleration_rad_s2": _rounded(acceleration),
     }
     if observed is not None:
         kp, crossing, bandwidth, corner = observed.numbers
@@ -203,6 +210,13 @@ def _changes(
     elif section.observer is not None:
         found["observer"] = None
     return {f"axes.{axis}.{key}": value for key, value in found.items()}
+
+
+def _below(limit_rad_s: float, asked_rad_s: float) -> float:
+    """Rate of a reference (rad/s) that leaves the position loop's limit what the loop asks for beyond the reference's
+    slope: the acceleration that is not fed forward, over the crossing of the rate loop.
+    """
+    return limit_rad_s / (1.0 + asked_rad_s / limit_rad_s)
 
 
 def _uncertain(model: AntennaModel, part: str) -> str:
