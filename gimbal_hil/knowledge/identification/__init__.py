@@ -42,6 +42,7 @@ from gimbal_hil.knowledge.identification.sliding import MapHalf, StaticFit, fit_
 from gimbal_hil.knowledge.identification.steadiness import SteadyRule, SteadyWindow, find_steady_window
 from gimbal_hil.knowledge.identification.stribeck import LUGRE_NAMES, LugreFriction, StaticFriction
 from gimbal_hil.knowledge.identification.timing import Timing
+from gimbal_hil.knowledge.identification.unsmoothed import Unsmoothed, unsmoothed
 from gimbal_hil.knowledge.identification.velocity_map import (
     Plateau,
     VelocityMap,
@@ -80,6 +81,7 @@ __all__ = [
     "TemperatureResult",
     "Timing",
     "TorqueSource",
+    "Unsmoothed",
     "VelocityMap",
     "VelocityPoint",
     "as_warm_as",
@@ -114,6 +116,7 @@ __all__ = [
     "stretches_of_table",
     "table_csv",
     "table_record",
+    "unsmoothed",
     "updated_model",
     "with_rows",
 ]

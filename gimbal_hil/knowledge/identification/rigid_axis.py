@@ -7,6 +7,7 @@ half the band, without slow rows, with a low-pass in place of a shift, and of pa
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,8 +29,14 @@ from gimbal_hil.knowledge.identification.estimate import (
 from gimbal_hil.knowledge.identification.least_squares import Matrix
 from gimbal_hil.knowledge.identification.log_parts import DEPENDENT, LogParts, block_bootstrap, parts_apart
 from gimbal_hil.knowledge.identification.position_ripple import PositionRipple, ripples_of
-from gimbal_hil.knowledge.identification.smoothed_log import SmoothedLog
-from gimbal_hil.knowledge.identification.smoothing_search import smoothed_problems, smoothings_of
+from gimbal_hil.knowledge.identification.smoothed_log import SmoothedColumn, SmoothedLog
+from gimbal_hil.knowledge.identification.smoothing_search import (
+    guesses_of,
+    settled_over,
+    share_left,
+    smoothed_problems,
+    smoothings_of,
+)
 from gimbal_hil.knowledge.identification.timing import STATE_IT, Timing
 
 #: a low-pass is seen where at most this share is left of what a shift alone leaves: less may be the noise of the
@@ -133,10 +140,10 @@ def fit_rigid_axis(
     Raises:
         BadInputError: the table is shorter than the filters need or the joint does not move.
     """
-    motion = _motion(time_s, position, torque, rule, known, per_direction)
-    step, names = motion.step_s, _NAMES[per_direction]
-    ripples, problems, fits = _as_it_stands(motion, names)
-    likely = _smoothings(motion, names, ripples, fits) if smoothed is None else smoothed
+    logged = as_logged(time_s, position, torque, rule, known, per_direction)
+    motion, names, ripples, problems, fits = logged.motion, logged.names, logged.ripples, logged.problems, logged.fits
+    step = motion.step_s
+    likely = logged.smoothings() if smoothed is None else smoothed
     if likely:
         ripples, late = _ripples(motion, names, likely[0]), fits[0].shift_s
         problems = [pair for one in likely for pair in smoothed_problems(motion, one, ripples, late)]
@@ -180,9 +187,47 @@ def fit_rigid_axis(
     )
 
 
-def _motion(
-    time_s: Vector, position: Vector, torque: Vector, rule: RigidAxisRule, known: Vector | None, per_direction: bool
-) -> AxisMotion:
+@dataclass(frozen=True)
+class AsLogged:
+    """The regression of an axis as if nobody had smoothed its columns: waves over position, problems beside them with
+    the rate (n,) of all rows, and their fits.
+    """
+
+    motion: AxisMotion
+    names: tuple[str, ...]
+    ripples: tuple[PositionRipple, ...]
+    problems: list[tuple[ShiftedProblem, Vector]]
+    fits: list[ShiftedFit]
+
+    def smoothings(self) -> tuple[SmoothedLog, ...]:
+        """What somebody did to the columns before they were saved, the likeliest first."""
+        return smoothings_of(self.motion, self.fits, self.ripples, self._beside)
+
+    def guesses(self, columns: Iterable[SmoothedColumn]) -> tuple[SmoothedLog, ...]:
+        """A smoothing of each shape for each of these columns, whether it explains anything or not."""
+        return guesses_of(self.motion, self.fits, self.ripples, columns)
+
+    def settled(self, one: SmoothedLog) -> SmoothedLog:
+        """The smoothing with the cut-off that this log likes best."""
+        return settled_over(self.motion, self.fits, self.ripples, one)
+
+    def _beside(self, one: SmoothedLog) -> tuple[PositionRipple, ...]:
+        return _ripples(self.motion, self.names, one)
+
+    def left_by(self, one: SmoothedLog) -> float:
+        """Share of the squares that are left where the columns are taken to be smoothed so."""
+        return share_left(self.motion, self.fits, self.ripples, one)
+
+
+def as_logged(
+    time_s: Vector,
+    position: Vector,
+    torque: Vector,
+    rule: RigidAxisRule,
+    known: Vector | None = None,
+    per_direction: bool = False,
+) -> AsLogged:
+    """The regression before anything is said of its columns; arguments and error as those of `fit_rigid_axis`."""
     step = float(np.median(np.diff(time_s)))
     edge = int(round(rule.edge_periods / rule.bandwidth_hz / step))
     if len(time_s) < 4 * edge + 200 or not np.ptp(position) > 0.0:
@@ -192,22 +237,10 @@ def _motion(
             f"at least {4 * edge + 200} rows of a moving axis",
         )
     load = np.zeros(len(torque)) if known is None else known
-    return AxisMotion(time_s, position, torque, load, rule, per_direction)
-
-
-def _as_it_stands(
-    motion: AxisMotion, names: tuple[str, ...]
-) -> tuple[tuple[PositionRipple, ...], list[tuple[ShiftedProblem, Vector]], list[ShiftedFit]]:
-    """Waves over position, the problems beside them, and their fits, of a log that nobody smoothed."""
+    motion, names = AxisMotion(time_s, position, torque, load, rule, per_direction), _NAMES[per_direction]
     ripples = _ripples(motion, names)
     problems = list(motion.problems(ripples))
-    return ripples, problems, _shifted([problem for problem, _ in problems])
-
-
-def _smoothings(
-    motion: AxisMotion, names: tuple[str, ...], ripples: tuple[PositionRipple, ...], fits: list[ShiftedFit]
-) -> tuple[SmoothedLog, ...]:
-    return smoothings_of(motion, fits, ripples, lambda one: _ripples(motion, names, one))
+    return AsLogged(motion, names, ripples, problems, _shifted([problem for problem, _ in problems]))
 
 
 def _ripples(

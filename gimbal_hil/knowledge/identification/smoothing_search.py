@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -38,27 +38,53 @@ def smoothings_of(
     """Smoothings that explain a log clearly better than none, the best first; `plain` are the fits of its problems
     without one, `ripples_of` says which waves over position there are beside one.
     """
-    part = motion.middle(_ENOUGH_ROWS)
-    late = 0.0 if motion.rule.time_stated else plain[0].shift_s
-    sharp = next(part.problems(ripples))[0]
-    base = _left(fit_at(sharp, late))
+    plainly = _search(motion.middle(_ENOUGH_ROWS), plain, ripples)
+    part, late = plainly.motion, plainly.late_s
+    base = plainly.base
 
     found: list[tuple[float, SmoothedLog]] = []
     beside: dict[SmoothedColumn, Ripples] = {}
     for which in SmoothedColumn:
-        beside[which] = ripples
-        search = _Search(part, sharp, ripples, late)
+        beside[which], search = ripples, plainly
         least, near = search.coarse(which)
         if least < _PERHAPS * base and not ripples and (waves := ripples_of(near)):
             beside[which] = waves
             search = _Search(part, next(part.problems(waves))[0], waves, late)
             least, near = search.coarse(which)
         if least <= _LEFT * base:
-            shapes = (replace(near, smoothing=replace(near.smoothing, shape=shape)) for shape in SmoothingShape)
-            found += [search.settled(one) for one in shapes]
+            found += [search.settled(search.nearest(which, shape)) for shape in SmoothingShape]
     found.sort(key=lambda pair: pair[0])
     possible = [one for left, one in found if left <= min(_LEFT * base, _POSSIBLE * found[0][0])]
     return tuple(one for one in possible if _whatever_the_choice(motion, one, plain, beside[one.which]))
+
+
+def guesses_of(
+    motion: AxisMotion, plain: list[ShiftedFit], ripples: Ripples, columns: Iterable[SmoothedColumn]
+) -> tuple[SmoothedLog, ...]:
+    """The best of a few cut-offs of every shape for each of these columns, whether it explains anything or not."""
+    search = _search(motion.middle(_ENOUGH_ROWS), plain, ripples)
+    return tuple(search.nearest(*pair) for pair in product(columns, SmoothingShape))
+
+
+def settled_over(motion: AxisMotion, plain: list[ShiftedFit], ripples: Ripples, one: SmoothedLog) -> SmoothedLog:
+    """The smoothing with the cut-off that leaves least of all rows of a log."""
+    return _over_all(motion, plain, ripples).settled(one)[1]
+
+
+def share_left(motion: AxisMotion, plain: list[ShiftedFit], ripples: Ripples, one: SmoothedLog) -> float:
+    """Share of the squares over all rows of a log that a smoothing leaves, of those that are left without any."""
+    search = _over_all(motion, plain, ripples)
+    return search.left(one) / search.base
+
+
+def _over_all(motion: AxisMotion, plain: list[ShiftedFit], ripples: Ripples) -> _Search:
+    """All rows, at a rate that the band of the fit allows."""
+    return _search(motion.middle(len(motion.time_s)), plain, ripples)
+
+
+def _search(motion: AxisMotion, plain: list[ShiftedFit], ripples: Ripples) -> _Search:
+    late = 0.0 if motion.rule.time_stated else plain[0].shift_s
+    return _Search(motion, next(motion.problems(ripples))[0], ripples, late)
 
 
 @dataclass(frozen=True)
@@ -70,11 +96,22 @@ class _Search:
     ripples: Ripples
     late_s: float
 
+    @property
+    def base(self) -> float:
+        """Mean square that is left of the torque without any smoothing."""
+        return max(_left(fit_at(self.sharp, self.late_s)), 1e-300)
+
     def coarse(self, which: SmoothedColumn) -> tuple[float, SmoothedLog]:
         """The best of a few smoothings of some column, and what it leaves."""
         band = self.motion.rule.bandwidth_hz
         few = (SmoothedLog(which, Smoothing(*pair)) for pair in product(_FIRST, (band * x for x in _CUT_OFFS)))
         return min(((self.left(one), one) for one in few), key=lambda pair: pair[0])
+
+    def nearest(self, which: SmoothedColumn, shape: SmoothingShape) -> SmoothedLog:
+        """The best of a few cut-offs of one shape: a gentle filter and a steep one look alike at different ones."""
+        band = self.motion.rule.bandwidth_hz
+        few = (SmoothedLog(which, Smoothing(shape, band * share)) for share in _CUT_OFFS)
+        return min(few, key=self.left)
 
     def settled(self, one: SmoothedLog) -> tuple[float, SmoothedLog]:
         """The cut-off near one that leaves least, and what it leaves."""

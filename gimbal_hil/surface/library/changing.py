@@ -13,6 +13,7 @@ from gimbal_hil.data.preflight import preflight, questioned
 from gimbal_hil.data.signals import ColumnMap, read_together
 from gimbal_hil.knowledge.change import ChangeKind, MachineComparison, change_page, compare, document_of
 from gimbal_hil.knowledge.discrepancy import check_logs
+from gimbal_hil.surface.library.as_they_were import as_they_were
 from gimbal_hil.surface.library.sources import Source, as_list, as_paths, model_of
 from sim_backend.model import AntennaModel
 
@@ -72,6 +73,12 @@ def changes_between(
     tables = questioned(model, tables, repair)
     check_logs(model, tables, band_hz)
     preflight(model, tables)
+    sides = [
+        as_they_were(model, some, paths, band_hz)
+        for some, paths in ((tables[: len(before)], before), (tables[len(before) :], after))
+    ]
+    tables = tuple(table for side, _ in sides for table in side)
+    band_hz = min((end_hz for _, end_hz in sides if end_hz is not None), default=None)
     tables = tuple(replace(table, source=str(path)) for table, path in zip(tables, [*before, *after], strict=True))
     found = compare(
         model,

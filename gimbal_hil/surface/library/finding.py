@@ -24,6 +24,7 @@ from gimbal_hil.knowledge.discrepancy import (
     verdict_of,
     with_torque_times,
 )
+from gimbal_hil.surface.library.as_they_were import as_they_were
 from gimbal_hil.surface.library.picture import Picture
 from gimbal_hil.surface.library.sources import Source, as_list, as_paths, model_of, plots_of
 from sim_backend.model import AntennaModel
@@ -114,6 +115,7 @@ def question_of(
     tables = questioned(model, tables, repair)
     check_logs(model, tables, band_hz)
     preflight(model, tables)
+    tables, band_hz = as_they_were(model, tables, paths, band_hz)
     fitted, ramps, notes = ramps_apart(model, tables[: len(measured)])
     judged = tables[len(measured) :]
     own = (f"{table.source}: {note}" for table in (*fitted, *judged, *ramps) for note in table.notes)

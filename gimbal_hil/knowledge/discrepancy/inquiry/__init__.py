@@ -17,7 +17,7 @@ from gimbal_hil.knowledge.discrepancy.inquiry.inquiry import (
     weighing_of,
 )
 from gimbal_hil.knowledge.discrepancy.inquiry.policy import BLOCK_S, DRAWS, LEAST_GAP, MOST_CAUSES, MOST_ENTRIES, Policy
-from gimbal_hil.knowledge.discrepancy.inquiry.preflight import LEAST_S, check_logs
+from gimbal_hil.knowledge.discrepancy.inquiry.preflight import LEAST_S, band_within, check_logs
 from gimbal_hil.knowledge.discrepancy.inquiry.prepare import (
     Noise,
     as_stated,
@@ -42,6 +42,7 @@ __all__ = [
     "Policy",
     "State",
     "as_stated",
+    "band_within",
     "check_logs",
     "effect_names",
     "gain_on",

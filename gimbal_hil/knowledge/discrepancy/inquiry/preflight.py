@@ -9,6 +9,7 @@ import numpy as np
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy.inquiry.copies import share_copied
+from gimbal_hil.knowledge.discrepancy.inquiry.prepare import scored_band
 from sim_backend.model import AntennaModel
 
 #: shortest log, s
@@ -27,7 +28,7 @@ def check_logs(model: AntennaModel, tables: tuple[SignalsTable, ...], band_hz: f
     at `band_hz`.
     """
     period = tables[0].period_s
-    lowest = max(_LOWEST_BAND_HZ, _NARROWEST_BAND / period)
+    lowest = _lowest_band(period)
     if band_hz is not None and not lowest <= band_hz <= _WIDEST_BAND / period:
         expected = f"{lowest:g} to {_WIDEST_BAND / period:g} Hz for rows every {period:g} s"
         raise BadInputError(f"--band {band_hz:g}", "is not a band of these logs", expected)
@@ -42,6 +43,16 @@ def check_logs(model: AntennaModel, tables: tuple[SignalsTable, ...], band_hz: f
             raise BadInputError(f"{where}: position", "never changes", "motion of at least one axis")
         for axis in model.axes:
             check_actuator(model, table, axis, where)
+
+
+def _lowest_band(period_s: float) -> float:
+    return max(_LOWEST_BAND_HZ, _NARROWEST_BAND / period_s)
+
+
+def band_within(tables: tuple[SignalsTable, ...], end_hz: float) -> float:
+    """End of a band that these logs can have, Hz, as near to `end_hz` as they allow."""
+    period = max(table.period_s for table in tables)
+    return min(max(end_hz, _lowest_band(period)), scored_band(tables))
 
 
 def check_alike(tables: tuple[SignalsTable, ...]) -> None:
