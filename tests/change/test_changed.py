@@ -15,6 +15,7 @@ from gimbal_hil.knowledge.change.one_gain import as_one_gain
 from gimbal_hil.knowledge.discrepancy import Status
 from gimbal_hil.surface.cli.app import run
 from sim_backend.model import shipped_model
+from tests.benchmarks.what_changed import draw, right
 from tests.change.rig import Machine
 
 #: what a person believes of the machine: every number somewhat off
@@ -180,3 +181,10 @@ def test_runs_of_an_antenna_of_two_axes_are_compared_as_they_lie(tmp_path: Path,
     told = [(entry["name"], entry["axis"]) for entry in found["effects"]]
     assert told == ([] if factor == 1.0 else [("coulomb", "outer")]), found["text"]
     assert found["verdict"] == ("no_change" if factor == 1.0 else "changed"), found["text"]
+
+
+@pytest.mark.heavy
+def test_a_change_below_the_usual_limit_is_told_where_the_logs_before_are_quieter_than_it() -> None:
+    """A ripple of 8.6 mN m leaves 1.48 floors, and the logs before leave 0.78."""
+    found = draw("ripple", 9502)
+    assert right(found), found

@@ -17,6 +17,7 @@ import numpy as np
 
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy import (
+    LEAST_GAP,
     Cause,
     Hypothesis,
     Kind,
@@ -164,11 +165,26 @@ def compare(
     first = diagnose(_request(start, before, band_hz, only, without), workers=workers, progress=progress)
     machine = _open_to(corrected_model(first) or recalibrated_model(first), FITTED)
     progress("searching what the machine before lacks for the logs after")
-    found = diagnose(_request(machine, after, band_hz, only, without), workers=workers, progress=progress)
+    request = _request(machine, after, band_hz, only, without)
+    found = diagnose(request, workers=workers, progress=progress)
     progress("asking the logs before")
     asked = tuple(_asked(found, place, before, after) for place in range(len(found.told)))
     left = _channels(found, before, after)
+    quiet = _noise_of(left)
+    if not asked and any(one.after > LEAST_GAP * max(one.before, quiet) for one in left):
+        # what the same model leaves of the logs before is noise: a gap is what exceeds that as plainly
+        progress("looking closer, as the logs before are quieter than their floors")
+        policy = replace(request.policy, least_gap=LEAST_GAP * quiet)
+        closer = diagnose(replace(request, policy=policy), workers=workers, progress=progress)
+        told = tuple(_asked(closer, place, before, after) for place in range(len(closer.told)))
+        if any(one.heard is Heard.AGAINST for one in told):
+            found, asked, left = closer, told, _channels(closer, before, after)
     return MachineComparison(model, machine, before, after, verdict_of(first), verdict_of(found), found, left, asked)
+
+
+def _noise_of(left: tuple[Left, ...]) -> float:
+    """What the model of the machine before leaves of the logs before where that is most, noise floors, at most one."""
+    return min(1.0, max(one.before for one in left))
 
 
 def _open_to(model: AntennaModel, share: float) -> AntennaModel:
