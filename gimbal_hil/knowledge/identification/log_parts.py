@@ -27,6 +27,8 @@ _TIMES_PER_BLOCK, _MIN_BLOCKS = 5.0, 8
 DEPENDENT = 1e-6
 #: a part says something with so many rows; inertias that differ by less of themselves are one to a reader
 _FEWEST_ROWS, _APART = 100, 0.1
+#: an inertia that makes less than this share of the torque is told by the noise of the acceleration
+_HEARD = 0.2
 
 
 class LogCut(Enum):
@@ -66,7 +68,8 @@ def parts_apart(problem: ShiftedProblem, fit: ShiftedFit, position: Vector, seed
         fits = [fit_at(part, fit.shift_s, fit.lag_s) for part in problems]
         first, second = (float(part.solution[0]) for part in fits)
         apart = abs(first - second) / max(abs(first), abs(second), 1e-300)
-        if apart > _APART and not _inertia(fits[0], seed).overlaps(_inertia(fits[1], seed)):
+        heard = max(abs(first), abs(second)) * np.std(problem.columns[problem.rows, 0]) > _HEARD * np.std(fit.target)
+        if heard and apart > _APART and not _inertia(fits[0], seed).overlaps(_inertia(fits[1], seed)):
             found.append((apart, LogParts(cut, (first, second), (problems[0], problems[1]))))
     return max(found, key=lambda pair: pair[0])[1] if found else None
 

@@ -28,6 +28,8 @@ _LEAST_STEPS = 100.0
 #: a smoothing counts where this share of the squares is left, over all rows of all logs; with a cut-off that is only
 #: near it may leave so much
 _LEFT, _LEFT_PERHAPS = 0.5, 0.9
+#: cut-offs below this share of the regression's band leave no motion to compare
+_SLOWEST = 0.1
 #: steps of a position are whole ones of its encoder to this share of one, in so many rows: nobody smoothed it
 _WHOLE, _ALMOST_ALL = 0.05, 0.9
 #: third differences of rounding to steps, in steps, and the share of them below which a position was smoothed
@@ -78,21 +80,28 @@ def _asked(model: AntennaModel, table: SignalsTable, axis: str) -> AsLogged | No
 
 
 def _common(logs: Sequence[AsLogged], step: float) -> SmoothedLog | None:
-    """The smoothing that leaves least of all logs together; None where none counts."""
+    """The smoothing that leaves least of all logs together; None where none counts.
+
+    What the regression of the longest log tells by itself, and of a position that is smoother than its encoder reads
+    also what only all logs together tell.
+    """
     if not logs:
         return None
     smoother = all(_is_smoother_than_read(one.motion.position, step) for one in logs)
     longest = max(logs, key=lambda one: len(one.motion.time_s))
 
     def share(one: SmoothedLog) -> float:
-        return float(np.exp(np.mean([np.log(log.left_by(one)) for log in logs])))
+        return float(np.exp(np.mean([np.log(max(log.left_by(one), 1e-9)) for log in logs])))
 
-    guesses = longest.guesses(tuple(SmoothedColumn) if smoother else (SmoothedColumn.TORQUE,))
-    best = min(guesses, key=share)
-    if share(best) > _LEFT_PERHAPS:
+    guesses = [one for one in longest.smoothings() if smoother or one.which is SmoothedColumn.TORQUE]
+    if not guesses and smoother:
+        guesses = list(longest.guesses((SmoothedColumn.POSITION,)))
+    best = min(guesses, key=share, default=None)
+    if best is None or share(best) > _LEFT_PERHAPS:
         return None
     best = longest.settled(best)
-    return best if share(best) <= _LEFT else None
+    slowest = _SLOWEST * longest.motion.rule.bandwidth_hz
+    return best if share(best) <= _LEFT and best.smoothing.half_hz >= slowest else None
 
 
 def _is_smoother_than_read(position: Vector, step: float) -> bool:
