@@ -13,6 +13,7 @@ __all__ = [
     "enumerations",
     "errors",
     "interpreter",
+    "json_object",
     "kernel_cache",
     "layout",
     "lockstep",

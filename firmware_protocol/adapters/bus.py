@@ -8,7 +8,7 @@ import struct
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from firmware_protocol.errors import LinkError
 from firmware_protocol.links import CanFrame, PythonCanBus, UnixListener, connected_to, unix_reason
@@ -41,7 +41,7 @@ class Bus(Protocol):
 
 
 def open_bus(
-    interface: str, channel: str | int, bitrate: int, data_bitrate: int | None, options: Mapping[str, Any]
+    interface: str, channel: str | int, bitrate: int, data_bitrate: int | None, options: Mapping[str, object]
 ) -> Bus:
     """python-can's interface of that name, or `unix` with a path; LinkError when it cannot be opened."""
     if interface == "unix":

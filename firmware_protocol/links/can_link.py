@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from firmware_protocol.codec import record, records
 from firmware_protocol.links.can_bus import PythonCanBus
@@ -20,7 +20,7 @@ class CanLink(LinkBasis):
     """Frames on a CAN bus. `options` go to python-can as they are; LinkError when the bus cannot be opened."""
 
     def __init__(
-        self, interface: str, channel: str | int, bitrate: int, options: Mapping[str, Any] | None = None
+        self, interface: str, channel: str | int, bitrate: int, options: Mapping[str, object] | None = None
     ) -> None:
         super().__init__(f"can {interface} {channel}")
         self._interface, self._channel, self._bitrate = interface, channel, bitrate

@@ -64,7 +64,7 @@ def test_no_command_takes_a_group_as_an_option(name: str) -> None:
 
 
 def test_logs_are_read_as_the_options_say() -> None:
-    options = LogOptions(column=["joint.position=theta:deg"], rate=200.0, repair=True)
-    reading = options.reading()
-    assert reading.pop("columns").states_time_of("joint") is False
-    assert reading == {"resample": False, "rate_hz": 200.0, "drop_invalid": False, "repair": True}
+    reading = LogOptions(column=["joint.position=theta:deg"], rate=200.0, repair=True).reading()
+    columns = reading["columns"]
+    assert columns.states_time_of("joint") is False
+    assert reading == {"columns": columns, "resample": False, "rate_hz": 200.0, "drop_invalid": False}

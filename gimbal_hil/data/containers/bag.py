@@ -53,7 +53,7 @@ def read_bag(path: Path) -> Contents:
         )
     kind = "bag of ROS 1" if path.suffix == ".bag" else "bag of ROS 2"
     with AnyReader([folder], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
-        found: dict[str, list[tuple[int, Any]]] = {}
+        found: dict[str, list[tuple[int, object]]] = {}
         unread: set[str] = set()
         for connection, stamp_ns, raw in reader.messages():
             try:
@@ -105,7 +105,11 @@ def _decoder(path: Path, schema: Any, encoding: str) -> Any:
 
 
 def _contents(
-    path: Path, kind: str, found: dict[str, list[tuple[int, Any]]], unread: set[str], units: dict[str, dict[str, str]]
+    path: Path,
+    kind: str,
+    found: dict[str, list[tuple[int, object]]],
+    unread: set[str],
+    units: dict[str, dict[str, str]],
 ) -> Contents:
     stamps = {topic: np.array([float(ns) for ns, _ in rows]) for topic, rows in _stamped(found).items()}
     times = from_first(stamps, 1e-9)
@@ -123,7 +127,7 @@ def _is_signal(name: str) -> bool:
     return not name.startswith("header.") and ".header." not in name
 
 
-def _stamped(found: dict[str, list[tuple[int, Any]]]) -> dict[str, list[tuple[int, Any]]]:
+def _stamped(found: dict[str, list[tuple[int, object]]]) -> dict[str, list[tuple[int, Any]]]:
     """Messages with the time of their header, where all of a topic have one that runs along with the recorder's."""
     stamped = {}
     for topic, rows in found.items():

@@ -29,7 +29,7 @@ def flat(value: Any, name: str = "") -> Iterator[tuple[str, float]]:
         yield from _of_fields({key: getattr(value, key) for key in value.__dataclass_fields__}, name)
 
 
-def columns_of(records: Sequence[Any]) -> dict[str, Floats]:
+def columns_of(records: Sequence[object]) -> dict[str, Floats]:
     """Columns (n,) of n records; NaN where a record has no such number."""
     found: dict[str, Floats] = {}
     for row, record in enumerate(records):
@@ -40,7 +40,7 @@ def columns_of(records: Sequence[Any]) -> dict[str, Floats]:
     return found
 
 
-def _of_fields(fields: Mapping[str, Any], name: str) -> Iterator[tuple[str, float]]:
+def _of_fields(fields: Mapping[str, object], name: str) -> Iterator[tuple[str, float]]:
     words = fields.get("name", fields.get("joint_names"))
     called = tuple(words) if isinstance(words, list | tuple) and all(isinstance(word, str) for word in words) else ()
     for key, value in fields.items():

@@ -122,7 +122,7 @@ def _feature_names(path: Path) -> dict[str, tuple[str, ...]]:
     return {}
 
 
-def _words(feature: dict[str, Any]) -> tuple[str, ...]:
+def _words(feature: dict[str, object]) -> tuple[str, ...]:
     names = feature.get("names")
     if isinstance(names, dict):
         names = next(iter(names.values()), None)

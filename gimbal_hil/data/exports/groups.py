@@ -144,7 +144,7 @@ def _with_strangers(labels: dict[int, str], values: NDArray[Any]) -> dict[int, s
     return {value: str(value) for value in np.unique(values).tolist()} | labels
 
 
-def frames_of(run: RecordedRun) -> Any:
+def frames_of(run: RecordedRun) -> np.ndarray:
     """Frame rows; BadInputError where the run keeps none."""
     require_frames(run)
     return run.frames

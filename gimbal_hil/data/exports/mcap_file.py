@@ -72,5 +72,5 @@ def _topic(writer: Any, group: Group) -> int:
     return number
 
 
-def _json(content: dict[str, Any]) -> bytes:
+def _json(content: dict[str, object]) -> bytes:
     return json.dumps(content, separators=(",", ":"), allow_nan=False).encode()

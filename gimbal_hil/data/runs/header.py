@@ -103,7 +103,7 @@ def genesis_of(document: Mapping[str, Any]) -> str:
     return plain_hash({key: document.get(key) for key in _FIXED} | started | protocol)
 
 
-def _ending(document: Mapping[str, Any]) -> dict[str, Any]:
+def _ending(document: Mapping[str, object]) -> dict[str, Any]:
     """What the seal binds besides the log."""
     return {key: document.get(key) for key in _AT_THE_END}
 
@@ -112,7 +112,7 @@ def write_header(folder: Path, header: RunHeader, started_utc: str, end: RunEnd 
     """Write `run.yaml` so that at every moment it is whole: the old one or the new one; answers its genesis hash.
     Raises OSError.
     """
-    document: dict[str, Any] = {
+    document: dict[str, object] = {
         "schema": SCHEMA,
         "title": header.title,
         "who": {"user": _user(), "host": socket.gethostname(), "command": list(header.command_line)},
@@ -158,7 +158,7 @@ def read_header(folder: Path) -> RunRecord:
     return _parse(path, read_yaml(path, "the run.yaml of a run folder"))
 
 
-def _parse(path: Path, document: dict[str, Any]) -> RunRecord:
+def _parse(path: Path, document: dict[str, object]) -> RunRecord:
     if document.get("schema") != SCHEMA:
         raise BadInputError(
             f"{path}: schema", f"is {document.get('schema')!r}", f"{SCHEMA}: this version reads no other"
@@ -209,7 +209,7 @@ def _parse(path: Path, document: dict[str, Any]) -> RunRecord:
 
 
 def _exit_status(end: RunEnd) -> dict[str, Any]:
-    status: dict[str, Any] = {"code": end.exit_code, "reason": end.reason}
+    status: dict[str, object] = {"code": end.exit_code, "reason": end.reason}
     return status | ({"adjusted": end.adjusted} if end.adjusted else {})
 
 
@@ -231,8 +231,8 @@ def _get(path: Path, table: dict[str, Any], key: str, kind: type, prefix: str = 
     return value
 
 
-def _plain(content: Mapping[str, Any]) -> dict[str, Any]:
-    plain: dict[str, Any] = json.loads(json.dumps(printable(content)))
+def _plain(content: Mapping[str, object]) -> dict[str, Any]:
+    plain: dict[str, object] = json.loads(json.dumps(printable(content)))
     return plain
 
 

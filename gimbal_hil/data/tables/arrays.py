@@ -79,7 +79,7 @@ def read_numpy(path: Path) -> RawColumns:
     return _columns(path, [name for name, _ in arrays], [_cells(values) for _, values in arrays])
 
 
-def _own_name(name: str, found: Mapping[str, Any]) -> str:
+def _own_name(name: str, found: Mapping[str, object]) -> str:
     """What an array is called; one alone that nobody named has no name of its own."""
     return "" if len(found) == 1 and name == "arr_0" else name
 

@@ -66,7 +66,7 @@ class InThisProcess(WorkExecutor):
         """The value itself."""
         return value
 
-    def submit(self, function: Callable[..., Answer], /, *arguments: Any, **named: Any) -> Future[Answer]:
+    def submit(self, function: Callable[..., Answer], /, *arguments: object, **named: object) -> Future[Answer]:
         """A future that is done."""
         future: Future[Answer] = Future()
         try:
@@ -86,7 +86,7 @@ class _Shared:
 _values_here: dict[int, Any] = {}
 
 
-def _install(values: dict[int, Any], parent: int) -> None:
+def _install(values: dict[int, object], parent: int) -> None:
     """In a worker, before its first work. It waits on a queue whose other end it holds as well: nothing else would tell
     it to end.
     """
@@ -94,7 +94,7 @@ def _install(values: dict[int, Any], parent: int) -> None:
     _values_here.update(values)
 
 
-def _with_values(function: Callable[..., Answer], *arguments: Any, **named: Any) -> Answer:
+def _with_values(function: Callable[..., Answer], *arguments: object, **named: object) -> Answer:
     return function(*(_values_here[a.number] if isinstance(a, _Shared) else a for a in arguments), **named)
 
 
@@ -167,7 +167,7 @@ class DaskCluster(WorkExecutor):
         """A future of the value, which lies on every worker."""
         return cast(Value, self._client.scatter(value, broadcast=True, hash=False))
 
-    def submit(self, function: Callable[..., Answer], /, *arguments: Any, **named: Any) -> Future[Answer]:
+    def submit(self, function: Callable[..., Answer], /, *arguments: object, **named: object) -> Future[Answer]:
         """Queue one call on the cluster."""
         return cast("Future[Answer]", self._inner.submit(function, *arguments, **named))
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import LinkError, SafetyStopError
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import AXES, BEGINS, FRAME_ROW, TICK_ROW, Event, EventKind, GrowingLog, RecordedRun
 from gimbal_hil.knowledge.experiments.antenna import Followed
 from gimbal_hil.knowledge.experiments.experiment import Signals, Step, move_to
@@ -32,7 +33,7 @@ from gimbal_hil.loop.host import (
     program_of,
     word_of,
 )
-from gimbal_hil.realtime.operator import Json, OperatorClient
+from gimbal_hil.realtime.operator import OperatorClient
 
 #: a batch has at least so many steps (fewer only at the end)
 BATCH = 12

@@ -87,7 +87,7 @@ def step_of(
     rate_hz: float,
     duration_s: float,
     commands: Sequence[AxisCommand],
-    meaning: Mapping[str, Any] | None = None,
+    meaning: Mapping[str, object] | None = None,
     measured: bool = False,
     ends: tuple[EndCondition, ...] = (),
 ) -> Step:

@@ -9,14 +9,14 @@ import json
 import os
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from firmware_protocol.documents import json_line
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.loop.timing import wall_clock_utc
 
 JOURNAL_FILE = "journal.jsonl"
-Json = dict[str, Any]
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy import (
     LEAST_GAP,
@@ -102,7 +102,7 @@ class _Loop:
         self.left = ""
         #: of the last diagnosis: the menu as it was weighed, what stays open and why, and whether neither run nor
         #: person could tell
-        self.considered: list[dict[str, Any]] = []
+        self.considered: list[Json] = []
         self.remarks: list[str] = []
         self.same = True
 
@@ -193,7 +193,7 @@ class _Loop:
         role: Role,
         axes: Sequence[str],
         why: str,
-        considered: Sequence[Any] = (),
+        considered: Sequence[Json] = (),
     ) -> str | None:
         """Run an experiment, or take it from the folder; answers why it was refused, if it was."""
         self.runs += 1

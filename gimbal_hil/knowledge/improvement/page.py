@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from gimbal_hil.knowledge.discrepancy import LEAST_GAP
 from gimbal_hil.knowledge.improvement.choosing import WORTH
@@ -27,6 +27,7 @@ from sim_backend.model import AntennaModel, load_model
 
 if TYPE_CHECKING:
     from gimbal_hil.knowledge.improvement.task import Task
+    from gimbal_hil.pages.plots import Drawing
 
 _GAP_CAPTION = (
     "Rms left over per channel in noise floors. Each round begins with the model as it was then (dot) on data that "
@@ -99,7 +100,7 @@ def _last_gap(rounds: Sequence[Diagnosed], end: Ended | Stopped | None) -> float
     return _worst(rounds[-1], "before" if checked else "after")
 
 
-def _gap_figure(rounds: Sequence[Diagnosed]) -> Any:
+def _gap_figure(rounds: Sequence[Diagnosed]) -> Drawing:
     from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, REFERENCE, SECOND, figure, in_floors
 
     drawn = figure("Left over, in noise floors", "round", "rms / noise floor", 380)

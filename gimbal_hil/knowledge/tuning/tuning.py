@@ -53,7 +53,7 @@ class AxisTuning:
     before: LoopFigures
     cascade: LoopFigures
     observed: LoopFigures | None
-    changes: Mapping[str, Any]
+    changes: Mapping[str, object]
 
     @property
     def after(self) -> LoopFigures:
@@ -66,7 +66,7 @@ class Tuning:
     """What a configuration becomes: dotted keys with their values, and what is predicted of each axis."""
 
     axes: tuple[AxisTuning, ...]
-    changes: Mapping[str, Any]
+    changes: Mapping[str, object]
     #: parts of the model that stay off, and why
     left_off: Mapping[str, str]
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-Json = dict[str, Any]
+from firmware_protocol.json_object import Json
 
 
 class Drawing:
@@ -27,11 +27,11 @@ class Drawing:
         for row in range(1, panels + 1):
             self.layout |= {f"xaxis{_place(row)}": {}, f"yaxis{_place(row)}": {}}
 
-    def add_scatter(self, row: int = 1, **properties: Any) -> None:
+    def add_scatter(self, row: int = 1, **properties: object) -> None:
         """Lines or points."""
         self._add("scatter", row, properties)
 
-    def add_bar(self, row: int = 1, **properties: Any) -> None:
+    def add_bar(self, row: int = 1, **properties: object) -> None:
         """Bars."""
         self._add("bar", row, properties)
 
@@ -51,15 +51,15 @@ class Drawing:
         """Words in the picture, without an arrow."""
         self.layout["annotations"].append({"text": text, "showarrow": False, **properties})
 
-    def update_layout(self, **properties: Any) -> None:
+    def update_layout(self, **properties: object) -> None:
         """Set properties of the whole figure; what is in a group already and not named stays."""
         _merge(self.layout, properties)
 
-    def update_xaxes(self, row: int | None = None, **properties: Any) -> None:
+    def update_xaxes(self, row: int | None = None, **properties: object) -> None:
         """Set properties of the x axes."""
         self._update("xaxis", row, properties)
 
-    def update_yaxes(self, row: int | None = None, **properties: Any) -> None:
+    def update_yaxes(self, row: int | None = None, **properties: object) -> None:
         """Set properties of the y axes."""
         self._update("yaxis", row, properties)
 
@@ -67,7 +67,7 @@ class Drawing:
         """Traces and layout, arrays as they were given; what `plotly.graph_objects.Figure` takes."""
         return {"data": [dict(trace) for trace in self.data], "layout": dict(self.layout)}
 
-    def _add(self, kind: str, row: int, properties: Mapping[str, Any]) -> None:
+    def _add(self, kind: str, row: int, properties: Mapping[str, object]) -> None:
         place = _place(row)
         self.data.append({"type": kind, "xaxis": f"x{place}", "yaxis": f"y{place}", **properties})
 

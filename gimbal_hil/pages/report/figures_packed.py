@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.pages.plots import Drawing
 
-Json = dict[str, Any]
 #: steps that the range of an array is cut into
 STEPS = 100_000
 
@@ -68,7 +68,7 @@ def rounded(values: np.ndarray) -> list[Any]:
 
 
 def _plain(values: list[Any], decimals: int, small: float) -> list[Any]:
-    found: list[Any] = []
+    found: list[object] = []
     for value in values:
         if isinstance(value, list):
             found.append(_plain(value, decimals, small))

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 from importlib.util import find_spec
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.tuning import (
     MARGIN,
     Aim,
@@ -35,7 +35,7 @@ from gimbal_hil.loop.settings import DaemonSettings, settings_from_document, shi
 from gimbal_hil.proof.thesis import LEVEL, POSITION_GAINS, RATE_GAINS
 from sim_backend.model import CONTROL_ANTENNA, AntennaModel, model_named
 
-Document = dict[str, Any]
+Document = Json
 
 
 def _thesis(document: Document) -> None:

@@ -59,7 +59,9 @@ def with_wrong_model(settings: DaemonSettings, share: float, seed: int, folder: 
     control = settings.model_control
     model = model_named(control.model if control is not None else CONTROL_ANTENNA)
     wrong = wrong_model(model, share, seed)
-    changed: dict[str, Any] = {"axes": {axis: _off(settings.axes[axis], model, wrong, axis) for axis in settings.axes}}
+    changed: dict[str, object] = {
+        "axes": {axis: _off(settings.axes[axis], model, wrong, axis) for axis in settings.axes}
+    }
     if control is not None:
         file = folder / "wrong.yaml"
         file.write_text(wrong.to_yaml(), encoding="utf-8")

@@ -8,11 +8,11 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from firmware_protocol.errors import LinkError, SafetyStopError
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import GrowingLog, RecordedRun
 from gimbal_hil.loop.host import (
     AxisCommand,
@@ -33,7 +33,6 @@ from gimbal_hil.pointing.following.way import Way
 from gimbal_hil.realtime.operator import OperatorClient, RequestRefusedError
 from sim_backend.boresight import Boresight
 
-Json = dict[str, Any]
 #: between the request and the first row of a target's way: time for both to be made
 LEAD_S = 3.0
 #: attitude that was lost is asked for so often

@@ -16,19 +16,18 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError, GimbalHilError
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import EventKind, open_run
 from gimbal_hil.loop.host import HostState, word_of
 from gimbal_hil.loop.timing import Duration, Histogram, MissCause, ReferenceLoop, compiler
 from gimbal_hil.proof.bench.two_processes import begun, running_plant, two_process_configuration
 from gimbal_hil.realtime.operator import OperatorClient
 
-Json = dict[str, Any]
 #: a daemon's turn and the C loop's, idle and at work, s
 SLICE_S, REFERENCE_SLICE_S = 30.0, 10.0
 #: p99 of the wake-up latency over that of the C loop, and p99 of computing up to this rate

@@ -14,12 +14,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import GimbalHilError, LinkError
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import GrowingLog, open_run
 from gimbal_hil.loop.host import EventCode, HostState, word_of
 from gimbal_hil.loop.settings import load_settings
@@ -27,7 +27,6 @@ from gimbal_hil.proof.bench.soak import FAULTS, MEMORY_SHARE, random_program, to
 from gimbal_hil.proof.bench.two_processes import begun, running_plant, two_process_configuration
 from gimbal_hil.realtime.operator import OperatorClient, RequestRefusedError
 
-Json = dict[str, Any]
 #: memory is looked at and the log read this often; memory counts after this share of the time
 _LOOK_S, _WARM_SHARE = 20.0, 1.0 / 6.0
 _START_S, RATE_HZ = 300.0, 1000.0

@@ -10,14 +10,14 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 from firmware_protocol.documents import read_yaml, yaml_text
 from firmware_protocol.errors import BadInputError, GimbalHilError
 from firmware_protocol.interpreter import apart_from_the_users_folder
+from firmware_protocol.json_object import Json
 from gimbal_hil.loop.settings import shipped_settings_path
 
-Json = dict[str, Any]
 #: a line that carries 2 kHz
 _BAUDRATE = 2_000_000
 

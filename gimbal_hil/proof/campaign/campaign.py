@@ -18,7 +18,6 @@ from concurrent.futures import Future
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -173,11 +172,11 @@ def _begun(campaign: Campaign, folder: Path, resume: bool, force: bool) -> int:
     return 1
 
 
-def _lines(rows: list[list[Any]]) -> str:
+def _lines(rows: list[list[object]]) -> str:
     text = io.StringIO()
     csv.writer(text).writerows(rows)
     return text.getvalue()
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     return float(value) if isinstance(value, float | np.floating) else value

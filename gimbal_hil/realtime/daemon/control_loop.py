@@ -7,10 +7,10 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
 
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, EXIT_SAFETY_STOP
+from firmware_protocol.json_object import Json
 from gimbal_hil.loop.host import (
     AXES,
     BASE_RATE,
@@ -321,7 +321,7 @@ class ControlLoop:
     def _record_command(self, word: str) -> None:
         self._event("command", word, {"command": word})
 
-    def _event(self, kind: str, text: str, data: dict[str, Any], tick: int | None = None) -> None:
+    def _event(self, kind: str, text: str, data: Json, tick: int | None = None) -> None:
         at = self._tick if tick is None else tick
         self._telemetry.event(at, at * self._period_ns, kind, text, data)
 

@@ -13,13 +13,13 @@ import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from firmware_protocol import receiver
 from firmware_protocol.adapters import Gives, gives_of
 from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError, GimbalHilError
+from firmware_protocol.json_object import Json
 from firmware_protocol.links import PATIENCE_S, AdapterLinkConfig, Link
 from gimbal_hil.data.runs import RunHeader, newest_events_file, read_header
 from gimbal_hil.loop.host import FirstTest, Host
@@ -51,7 +51,6 @@ from sim_backend.firmware import run_firmware
 from sim_backend.model import AntennaModel
 from sim_backend.observer import INPUTS, ModelObserver
 
-Json = dict[str, Any]
 #: sleeping costs the kernel's way of waking up and cold caches; waiting the last part awake costs a twentieth of a core
 #: at 1 kHz
 DEFAULT_SPIN_US = 50.0

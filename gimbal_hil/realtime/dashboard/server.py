@@ -69,7 +69,7 @@ class _Connections(ThreadingHTTPServer):
             self._open.pop(request, None)
         super().shutdown_request(request)
 
-    def handle_error(self, request: Any, client_address: Any) -> None:
+    def handle_error(self, request: object, client_address: object) -> None:
         """A connection that broke off is not news."""
 
 
@@ -158,7 +158,7 @@ class _Handler(BaseHTTPRequestHandler):
         except (BadInputError, LinkError) as error:
             self._json(200, {"ok": False, "error": str(error)})
 
-    def _acted(self, path: str, request: dict[str, Any]) -> dict[str, Any]:
+    def _acted(self, path: str, request: dict[str, object]) -> dict[str, Any]:
         assert self.door is not None
         if path == "/scope":
             if self.screen is None:
@@ -171,10 +171,10 @@ class _Handler(BaseHTTPRequestHandler):
         with OperatorClient(self.door) as client:
             return client.request(command, **request)
 
-    def _json(self, status: int, document: dict[str, Any]) -> None:
+    def _json(self, status: int, document: dict[str, object]) -> None:
         self._answer(status, "application/json", json.dumps(document).encode())
 
-    def log_message(self, format: str, *args: Any) -> None:
+    def log_message(self, format: str, *args: object) -> None:
         """Requests are not news."""
 
     def _host_name(self) -> str:

@@ -8,8 +8,8 @@ from types import TracebackType
 from typing import Any, Self
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.realtime.foxglove.telling import (
-    Json,
     Quaternion,
     along_boresight,
     axis_message,

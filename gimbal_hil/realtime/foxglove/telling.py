@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
+from firmware_protocol.json_object import Json
 from sim_backend.boresight import Boresight
 
-Json = dict[str, Any]
 #: (x, y, z, w)
 Quaternion = tuple[float, float, float, float]
 #: of an event's kind, by the names of the SDK's `LogLevel`

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.runs import BEGINS, Event, RecordedRun
@@ -50,7 +50,11 @@ def give_again(host: Host, run: RecordedRun, event: Event, other: DaemonSettings
     """
     where = f"{run.folder / 'events.jsonl'}: command at tick {event.tick}"
     command, program = event.data.get("command"), event.data.get("program")
-    plain: dict[object, Any] = {"stop": host.stop, "quick_stop": host.quick_stop, "fault_reset": host.reset_fault}
+    plain: dict[object, Callable[[], None]] = {
+        "stop": host.stop,
+        "quick_stop": host.quick_stop,
+        "fault_reset": host.reset_fault,
+    }
     plain |= {"distrust": host.distrust}
     if command == "image":
         # in the middle of a run the host stands there by itself

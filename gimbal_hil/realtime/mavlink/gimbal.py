@@ -141,7 +141,7 @@ class Gimbal:
     def _in_control(self) -> InControl:
         return InControl(self.controller, self._second, self._place)
 
-    def _is_for_us(self, message: Any) -> bool:
+    def _is_for_us(self, message: object) -> bool:
         system, component = getattr(message, "target_system", 0), getattr(message, "target_component", 0)
         ours = system in (0, self.system) and component in (0, self.component)
         return ours and getattr(message, "gimbal_device_id", 0) in (0, DEVICE)

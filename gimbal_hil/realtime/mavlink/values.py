@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
+from firmware_protocol.json_object import Json
 from sim_backend.boresight import Boresight
 
-Json = dict[str, Any]
 Pair = tuple[float, float]
 
 

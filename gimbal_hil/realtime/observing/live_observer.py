@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from firmware_protocol import schema
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import AXES, TICK_ROW
 from gimbal_hil.loop.host import HostState
 from gimbal_hil.loop.settings import DaemonSettings
@@ -24,7 +24,6 @@ from sim_backend.layout import BASE_COLUMNS
 from sim_backend.model import AntennaModel, model_named
 from sim_backend.observer import ModelObserver
 
-Json = dict[str, Any]
 _FREE = (HostState.ACTIVE, HostState.STOPPING)
 _WINDOW_S = 1.0
 #: after so many time constants a triple pole has 1.4 % left

@@ -11,16 +11,15 @@ from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
 from firmware_protocol.documents import DocumentLimits, json_line
 from firmware_protocol.errors import BadInputError, LinkError
+from firmware_protocol.json_object import Json
 from gimbal_hil.realtime.operator.socket import Door
 
 if TYPE_CHECKING:
     from gimbal_hil.loop.host import Program
-
-Json = dict[str, Any]
 
 
 #: a figure that is not known may be NaN

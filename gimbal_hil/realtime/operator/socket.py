@@ -23,12 +23,11 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from firmware_protocol.documents import DocumentLimits, json_line, read_json
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 
-Json = dict[str, Any]
 #: a request may carry a program with tables (eight megabytes of numbers at most, packed); an answer nobody reads may
 #: not grow for ever
 LONGEST_LINE = 12 << 20

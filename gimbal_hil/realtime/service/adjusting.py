@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.loop.settings import (
     Adjustments,
     DaemonSettings,
@@ -16,8 +15,6 @@ from gimbal_hil.loop.settings import (
     require_braking,
 )
 from gimbal_hil.realtime.telemetry import LiveView, pack_configuration
-
-Json = dict[str, Any]
 
 
 class LiveAdjustments:

@@ -7,9 +7,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.loop.host import Program
 from gimbal_hil.loop.settings import Adjustments, DaemonSettings
 from gimbal_hil.realtime.operator import Client, OperatorSocket
@@ -32,7 +32,6 @@ from gimbal_hil.realtime.telemetry import (
     pack_program,
 )
 
-Json = dict[str, Any]
 _ANSWERED_HERE = ("status", "adjustable", "learn_anew")
 _OF_A_LEASE = {"renew": CommandKind.RENEW, "release": CommandKind.RELEASE}
 #: in virtual time, which runs as fast as it can, only a closed connection ends a lease

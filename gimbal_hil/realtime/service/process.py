@@ -13,16 +13,16 @@ import subprocess
 import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.interpreter import apart_from_the_users_folder
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import RunHeader
 from gimbal_hil.loop.timing import RingReader, RingWriter, create_ring
 from gimbal_hil.realtime.operator import Door
 from gimbal_hil.realtime.telemetry import COMMAND_BYTES, TELEMETRY_BYTES
 
-Json = dict[str, Any]
 _START_TIMEOUT_S = 30.0
 
 

@@ -5,15 +5,14 @@ belongs to.
 from __future__ import annotations
 
 from collections import deque
-from typing import Any
 
 import numpy as np
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import TICK_ROW, EventKind, RunWriter
 from gimbal_hil.loop.timing import RingReader
 from gimbal_hil.realtime.telemetry import Exchange
 
-Json = dict[str, Any]
 #: longer than the tick engine waits for the witness
 _HOLD_NS = 50_000_000
 

@@ -9,9 +9,10 @@ import signal
 import sys
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError, shown
+from firmware_protocol.json_object import Json
 from firmware_protocol.links import CanLinkConfig, SerialLinkConfig
 from gimbal_hil.data.runs import Retention, RunHeader, RunWriter
 from gimbal_hil.loop.host import EventCode, LinkStatus, word_of
@@ -39,8 +40,6 @@ from sim_backend.boresight import Boresight
 
 if TYPE_CHECKING:
     from gimbal_hil.realtime.dashboard import PageServer
-
-Json = dict[str, Any]
 #: how long the service sleeps when there is nothing to do: it sets how old an event is when an operator sees it
 _IDLE_S = 0.005
 _STOPPED_WITHOUT_A_WORD = "the control process ended without giving a reason"

@@ -8,12 +8,12 @@ import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from firmware_protocol import schema
 from firmware_protocol.enumerations import DriveState, FaultCode
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import AXES, TICK_ROW
 from gimbal_hil.loop.control import Mode
 from gimbal_hil.loop.host import GUARD_CAUSES, HostState, LinkStatus, PointingState, word_of
@@ -23,7 +23,6 @@ from gimbal_hil.realtime.telemetry.trouble import trouble_of
 from gimbal_hil.realtime.telemetry.wire_watch import Wire, WireWatch
 from sim_backend.boresight import Boresight
 
-Json = dict[str, Any]
 #: rows per second and seconds that the trace keeps
 TRACE_RATE_HZ, TRACE_S = 50, 60
 #: attitude of the base in the trace, rad; NaN where none is heard

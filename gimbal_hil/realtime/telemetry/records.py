@@ -9,15 +9,14 @@ import struct
 import time
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.loop.host import Program
 from gimbal_hil.loop.timing import MISS_CODE, NS_PER_S, MissCause, RingReader, RingWriter
 
-Json = dict[str, Any]
 #: size of a row of `runs.TICK_ROW`, and where its wall-clock columns wake_latency_ns and computing_ns start;
 #: `skipped_ticks`
 ROW_BYTES, WALL_CLOCK_AT = 96, 80

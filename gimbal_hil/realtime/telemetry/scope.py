@@ -275,7 +275,9 @@ def capture_columns(capture: Capture, axes: Sequence[str]) -> dict[str, Any]:
     time_s = rows["time_ns"] * 1e-9
     ticks = rows["tick"]
     zero = float(time_s[np.searchsorted(ticks, capture.trigger_tick)]) if capture.trigger_tick is not None else None
-    found: dict[str, Any] = {"time_s": [round(t, 6) for t in (time_s - (time_s[0] if zero is None else zero)).tolist()]}
+    found: dict[str, object] = {
+        "time_s": [round(t, 6) for t in (time_s - (time_s[0] if zero is None else zero)).tolist()]
+    }
     for signal in signal_names(axes):
         values = column_of(signal, capture.exchanges, rows, axes)
         found[signal] = [float(f"{value:.6g}") if math.isfinite(value) else None for value in values.tolist()]

@@ -91,7 +91,7 @@ def check_files(paths: Sequence[Path], axes: Sequence[str] = (), columns: Column
 
 
 def _model_among(
-    paths: Sequence[Path], kinds: Sequence[tuple[FileKind, dict[str, Any]]], axes: tuple[str, ...]
+    paths: Sequence[Path], kinds: Sequence[tuple[FileKind, dict[str, object]]], axes: tuple[str, ...]
 ) -> AntennaModel | None:
     """The first file that is a sound model of these axes: it knows whether they turn and what a current makes."""
     for path, (kind, _) in zip(paths, kinds, strict=True):
@@ -103,7 +103,7 @@ def _model_among(
     return None
 
 
-def _declared(kinds: Sequence[tuple[FileKind, dict[str, Any]]]) -> tuple[str, ...]:
+def _declared(kinds: Sequence[tuple[FileKind, dict[str, object]]]) -> tuple[str, ...]:
     for kind, document in kinds:
         section = document.get("axes")
         if kind in (FileKind.MODEL, FileKind.CONFIGURATION) and isinstance(section, dict):
@@ -118,7 +118,7 @@ def _carrying_first(axes: dict[str, Any]) -> tuple[str, ...]:
     return tuple(sorted(axes, key=is_carried))
 
 
-def _checked(look: _Look, path: Path, kind: FileKind, document: dict[str, Any], axes: tuple[str, ...]) -> Checked:
+def _checked(look: _Look, path: Path, kind: FileKind, document: dict[str, object], axes: tuple[str, ...]) -> Checked:
     try:
         seen = look(path, document, axes)
         return Checked(path, kind, seen.text, moves=seen.moves, reads_as=seen.reads_as, is_strange=seen.is_strange)
@@ -133,7 +133,7 @@ def _alone(refusal: BadInputError) -> BadInputError:
     return BadInputError(refusal.where, refusal.problem.rpartition(" (and ")[0], refusal.expected)
 
 
-def _configuration(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> _Seen:
+def _configuration(path: Path, _document: dict[str, object], _axes: tuple[str, ...]) -> _Seen:
     from gimbal_hil.realtime.observing import observed_model
 
     settings = load_settings(path)
@@ -154,13 +154,13 @@ def _antenna_of(settings: DaemonSettings) -> tuple[str, DaemonSettings]:
     return f"a {settings.link.kind} link", settings
 
 
-def _model(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> _Seen:
+def _model(path: Path, _document: dict[str, object], _axes: tuple[str, ...]) -> _Seen:
     model = load_model(path)
     effects = ", ".join(f"{entry.effect.name} on {entry.axis}" for entry in model.effects) or "no effects"
     return _Seen(f"{model.name}, {model.kind.value}, axes {' and '.join(model.axes)}, {effects}", len(model.axes) == 2)
 
 
-def _plan(path: Path, document: dict[str, Any], axes: tuple[str, ...]) -> _Seen:
+def _plan(path: Path, document: dict[str, object], axes: tuple[str, ...]) -> _Seen:
     names = _two(axes or _named_in(document))
     plan = load_plan(path, names)
     # what only shows when the plan is made into what the host follows: shapes that are too long, targets that are none
@@ -176,7 +176,7 @@ def _two(axes: Sequence[str]) -> tuple[str, str]:
     return first, second
 
 
-def _named_in(document: dict[str, Any]) -> tuple[str, ...]:
+def _named_in(document: dict[str, object]) -> tuple[str, ...]:
     """The tables in a plan's segments that are no key of a segment: its axes, in the order in which they appear."""
     segments = document.get("segments")
     names = [
@@ -201,7 +201,7 @@ class _Logs:
     one: bool
 
 
-def _signals(path: Path, _document: dict[str, Any], axes: tuple[str, ...], logs: _Logs) -> _Seen:
+def _signals(path: Path, _document: dict[str, object], axes: tuple[str, ...], logs: _Logs) -> _Seen:
     named, columns = axes or (UNNAMED_AXIS,), logs.columns
     contents = None if columns.sources else contents_of(path)
     if contents is not None and not _is_ours(contents, axes):
@@ -238,7 +238,7 @@ def _is_ours(contents: Contents, axes: tuple[str, ...]) -> bool:
     return bool(axes) and all(f"{axis}.position" in present for axis in axes)
 
 
-def _run(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> _Seen:
+def _run(path: Path, _document: dict[str, object], _axes: tuple[str, ...]) -> _Seen:
     run = open_run(path)
     damage = "; ".join(found.in_words() for found in damage_of(run))
     if damage:

@@ -56,7 +56,7 @@ def kind_of(path: Path) -> tuple[FileKind, dict[str, Any]]:
     return found, document
 
 
-def _has_loops(document: dict[str, Any]) -> bool:
+def _has_loops(document: dict[str, object]) -> bool:
     """Whether its axes have what only a configuration gives them; such a file may leave out everything else."""
     axes = document.get("axes")
     sections = axes.values() if isinstance(axes, dict) else ()

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-Json = dict[str, Any]
+from firmware_protocol.json_object import Json
 
 
 def command(

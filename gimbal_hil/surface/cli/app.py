@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext, suppress
 from functools import wraps
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from firmware_protocol.errors import EXIT_BAD_INPUT, EXIT_DONE, EXIT_INTERRUPTED, BadInputError, GimbalHilError
 from firmware_protocol.version import __version__
@@ -113,7 +113,7 @@ def _guarded(command: Callable[..., int], compiles: bool) -> Callable[..., int]:
     """
 
     @wraps(command)
-    def saying(*arguments: Any, **named: Any) -> int:
+    def saying(*arguments: object, **named: object) -> int:
         for name, value in named.items():
             if isinstance(value, float) and not abs(value) <= _LARGEST_NUMBER:
                 option = f"--{name.replace('_', '-')}"

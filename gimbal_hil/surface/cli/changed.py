@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from firmware_protocol.places import require_new
-from gimbal_hil.surface.cli.completion import model_names
 from gimbal_hil.surface.cli.log_options import LogOptions, SearchOptions
+from gimbal_hil.surface.cli.option_types import AskedModel
 
 if TYPE_CHECKING:
     from gimbal_hil.surface.library import Changes
@@ -30,12 +30,7 @@ def command(
     out: Annotated[
         Path, typer.Option(metavar="DIR", help=f"Folder for {ANSWER_FILE}, {MODEL_FILE} and {REPORT_FILE}.")
     ],
-    model: Annotated[
-        str | None,
-        typer.Option(
-            metavar="MODEL", autocompletion=model_names, help="Model file, or name of a shipped one; without it thesis."
-        ),
-    ] = None,
+    model: AskedModel = None,
     reading: LogOptions,
     search: SearchOptions,
     fail_on: Annotated[
@@ -52,7 +47,7 @@ def command(
     """
     fails = _verdicts(fail_on)
     require_new(out, force, ANSWER_FILE, MODEL_FILE, REPORT_FILE)
-    asked = search.scope() | reading.reading()
+    asked = {**search.scope(), **reading.reading(), "repair": reading.repair}
     found = _compared(model, before, after, out, as_json, workers=workers, **asked)
     return _told(found, out, fails, as_json)
 

@@ -85,7 +85,7 @@ class _Listener(numba_event.Listener):  # type: ignore[misc]
             self._work = _Work(text, time.monotonic())
             self._show(text, functions / (1.0 - _LAST_PASS))
 
-    def on_end(self, event: Any) -> None:
+    def on_end(self, event: object) -> None:
         if self._work is None or os.getpid() != self._process:
             return
         self._work.depth -= 1

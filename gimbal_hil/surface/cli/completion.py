@@ -5,7 +5,7 @@ ships.
 from __future__ import annotations
 
 import os
-from typing import Any
+from collections.abc import Callable
 
 import typer
 import typer.main
@@ -48,7 +48,7 @@ def model_names(incomplete: str) -> list[str]:
     return sorted(path.stem for path in shipped_file("models").glob(f"{_literal(incomplete)}*.yaml"))
 
 
-def one_of(*names: str) -> Any:
+def one_of(*names: str) -> Callable[[str], list[str]]:
     """A completer that knows these names."""
     return lambda incomplete: [name for name in names if name.startswith(incomplete)]
 

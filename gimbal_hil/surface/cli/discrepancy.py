@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from firmware_protocol.places import require_new
-from gimbal_hil.surface.cli.completion import model_names
 from gimbal_hil.surface.cli.log_options import LogOptions, SearchOptions
+from gimbal_hil.surface.cli.option_types import AskedModel
 
 if TYPE_CHECKING:
     from gimbal_hil.surface.library import Finding
@@ -45,12 +45,7 @@ def command(
             metavar="LOG", help="To judge on, another trajectory: a run of `experiment survey_holdout`, or a file."
         ),
     ] = None,
-    model: Annotated[
-        str | None,
-        typer.Option(
-            metavar="MODEL", autocompletion=model_names, help="Model file, or name of a shipped one; without it thesis."
-        ),
-    ] = None,
+    model: AskedModel = None,
     reading: LogOptions,
     search: SearchOptions,
     fail_on: Annotated[
@@ -80,7 +75,9 @@ def command(
     _all_there((*measured, *(holdout or ())))
     with searching(as_json) as tell:
         with _refusal_kept(out, junit, as_json):
-            question = question_of(given, measured, holdout or (), **search.scope(), **reading.reading())
+            question = question_of(
+                given, measured, holdout or (), repair=reading.repair, **search.scope(), **reading.reading()
+            )
             finding = question.asked(workers=workers, dask=dask, progress=tell)
         tell("writing the report")
         _write(out, finding)
@@ -234,7 +231,7 @@ class searching:
         console = error_console()
         self._status = console.status("starting") if console.is_terminal and not quiet else None
 
-    def __enter__(self) -> Any:
+    def __enter__(self) -> Callable[[str], None]:
         if self._status is not None:
             self._status.start()
         return lambda text: self._status.update(text) if self._status is not None else None

@@ -11,8 +11,9 @@ import shlex
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.surface.cli.origin import LogOrigin, option_in, origin_of
 
 if TYPE_CHECKING:
@@ -220,9 +221,7 @@ def after_identify(out: Path, runs: Sequence[Path], axes: int, found: bool, colu
     return _experiment("survey", origin_of(runs), model, out.parent / "survey")
 
 
-def after_discrepancy(
-    verdict: dict[str, Any], model: str | None, axes: int, out: Path, logs: Sequence[Path] = ()
-) -> str:
+def after_discrepancy(verdict: Json, model: str | None, axes: int, out: Path, logs: Sequence[Path] = ()) -> str:
     """The run that decides what is open, else a step with the model as it is now; on a single axis, which no
     experiment moves, what the catalogue says of the cause.
     """
@@ -245,13 +244,13 @@ def after_joint(joint: str, inertia: float, out: Path) -> str:
     return command_line("init", folder, kind="rotary", axes=joint, inertia=f"{joint}={inertia:.4g}")
 
 
-def after_changed(document: dict[str, Any], out: Path) -> str:
+def after_changed(document: Json, out: Path) -> str:
     """What the catalogue says of the cause that changed, else what the model of the machine before holds."""
     names = [entry["name"] for entry in document["effects"]]
     return command_line("effects", *names[:1]) if names else command_line("check", out / "model_before.yaml")
 
 
-def _deciding(verdict: dict[str, Any]) -> str:
+def _deciding(verdict: Json) -> str:
     """The sequence that the verdict proposes, else the one that dwells where most of the gap is."""
     planned = verdict.get("next_experiment") or {}
     told = _COMMAND_IN_WORDS.search(str(planned.get("plan", "")))

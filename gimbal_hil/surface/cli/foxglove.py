@@ -7,20 +7,17 @@ from typing import Annotated
 
 import typer
 
+from gimbal_hil.surface.cli.option_types import DaemonRun, EndAfter
+
 
 def command(
-    run: Annotated[
-        Path | None,
-        typer.Argument(metavar="RUN", help="Run folder of the daemon; without it the newest below ./runs."),
-    ] = None,
+    run: DaemonRun = None,
     port: Annotated[int, typer.Option(help="Port on this machine; 0 takes any free one.", min=0, max=65535)] = 8765,
     every: Annotated[float, typer.Option(metavar="SECONDS", help="Time between two messages.", min=0.005)] = 0.02,
     layout: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a Foxglove layout for this daemon's axes, then serve.")
     ] = None,
-    seconds: Annotated[
-        float, typer.Option(metavar="SECONDS", help="End after so long; 0: with Ctrl-C or the daemon.", min=0.0)
-    ] = 0.0,
+    seconds: EndAfter = 0.0,
 ) -> int:
     """Serve signals, state, events and the antenna in three dimensions to Foxglove, live; nothing is commanded.
 

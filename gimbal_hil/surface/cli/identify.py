@@ -198,14 +198,13 @@ def _logs(
     from gimbal_hil.knowledge.identification import read_logs
 
     reading = options.reading()
-    repair = reading.pop("repair")
     logs: list[Log] = []
     with _progress(quiet) as bar:
         task = bar.add_task("reading logs", total=len(runs))
         for path in runs:
             logs += read_logs(path, model, torque_driven=torque_driven, **reading)
             bar.advance(task)
-        tables = questioned(model, tuple(log.table for log in logs), repair)
+        tables = questioned(model, tuple(log.table for log in logs), options.repair)
     preflight(model, tables)
     notes = [f"{table.source}: {note}" for table in tables for note in table.notes]
     return [replace(log, table=table) for log, table in zip(logs, tables, strict=True)], notes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,8 +12,9 @@ from firmware_protocol.places import require_new
 from gimbal_hil.surface.cli.completion import model_names
 
 if TYPE_CHECKING:
-    from gimbal_hil.knowledge.improvement import Improvement, Journal, Task
+    from gimbal_hil.knowledge.improvement import Improvement, Journal, Site, Task
     from gimbal_hil.loop.settings import DaemonSettings
+    from gimbal_hil.surface.cli.progress import ProgressBar
     from sim_backend.model import AntennaModel
 
 RESULT_FILE, MODEL_FILE, REPORT_FILE = "improve.json", "model.yaml", "report.html"
@@ -155,7 +156,7 @@ def _end_like_ctrl_c() -> None:
             signal.signal(number, interrupt)
 
 
-def _improve(task: Task, site: Any, journal: Journal, progress: Any, as_json: bool) -> Improvement:
+def _improve(task: Task, site: Site, journal: Journal, progress: ProgressBar, as_json: bool) -> Improvement:
     from gimbal_hil.knowledge.improvement import improve
 
     def say(line: str) -> None:

@@ -2,15 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, TypedDict
 
 import typer
+
+if TYPE_CHECKING:
+    from gimbal_hil.data.signals import ColumnMap
 
 COLUMN_PAIR = "NAME=COLUMN[@TIME][:UNIT]"
 COLUMN_HELP = (
     "A column of your own files and its unit, as in azimuth.position=theta:deg; -deg mirrors it; may be repeated."
 )
+
+
+class LogReading(TypedDict):
+    """How logs are read."""
+
+    columns: ColumnMap
+    resample: bool
+    rate_hz: float | None
+    drop_invalid: bool
+
+
+class SearchScope(TypedDict):
+    """What is searched."""
+
+    only: Sequence[str]
+    without: Sequence[str]
+    band_hz: float | None
 
 
 @dataclass(frozen=True)
@@ -37,17 +58,16 @@ class LogOptions:
         ),
     ] = False
 
-    def reading(self) -> dict[str, Any]:
+    def reading(self) -> LogReading:
         """The same as keywords of whoever reads logs; BadInputError for words that name no column."""
         from gimbal_hil.data.signals import ColumnMap
 
-        return {
-            "columns": ColumnMap.of_words(self.column),
-            "resample": self.resample,
-            "rate_hz": self.rate,
-            "drop_invalid": self.drop_invalid,
-            "repair": self.repair,
-        }
+        return LogReading(
+            columns=ColumnMap.of_words(self.column),
+            resample=self.resample,
+            rate_hz=self.rate,
+            drop_invalid=self.drop_invalid,
+        )
 
 
 @dataclass(frozen=True)
@@ -65,6 +85,6 @@ class SearchOptions:
         None
     )
 
-    def scope(self) -> dict[str, Any]:
+    def scope(self) -> SearchScope:
         """The same as keywords of the search."""
-        return {"only": self.only or (), "without": self.without or (), "band_hz": self.band}
+        return SearchScope(only=self.only or (), without=self.without or (), band_hz=self.band)

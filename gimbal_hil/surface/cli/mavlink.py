@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from gimbal_hil.surface.cli.option_types import DaemonRun, EndAfter
 
 _STATUS_S = 1.0
 
 
 def command(
-    run: Annotated[
-        Path | None,
-        typer.Argument(metavar="RUN", help="Run folder of the daemon; without it the newest below ./runs."),
-    ] = None,
+    run: DaemonRun = None,
     link: Annotated[
         str,
         typer.Option(
@@ -24,9 +22,7 @@ def command(
     baud: Annotated[int, typer.Option(metavar="BIT/S", help="Of a serial port.", min=1)] = 57600,
     system: Annotated[int, typer.Option(help="MAVLink system id: that of the vehicle.", min=1, max=255)] = 1,
     component: Annotated[int, typer.Option(help="MAVLink component id.", min=1, max=255)] = 154,
-    seconds: Annotated[
-        float, typer.Option(metavar="SECONDS", help="End after so long; 0: with Ctrl-C or the daemon.", min=0.0)
-    ] = 0.0,
+    seconds: EndAfter = 0.0,
 ) -> int:
     """Be a gimbal of MAVLink's gimbal protocol v2 for a running daemon: attitude, rates, limits, faults.
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from firmware_protocol.json_object import Json
 from firmware_protocol.places import require_new
 
 if TYPE_CHECKING:
@@ -138,7 +139,7 @@ def _again(log: RecordedRun, other: DaemonSettings | None, must: bool) -> Again 
         return None
 
 
-def _changes(log: RecordedRun, again: Again | None) -> list[dict[str, Any]]:
+def _changes(log: RecordedRun, again: Again | None) -> list[Json]:
     """What came out otherwise, signal by signal."""
     from dataclasses import asdict
 
@@ -148,7 +149,7 @@ def _changes(log: RecordedRun, again: Again | None) -> list[dict[str, Any]]:
     return [asdict(change) | {"text": change.in_words(len(log.ticks))} for change in found]
 
 
-def _answer(log: RecordedRun, result: ReplayResult, took_s: float) -> dict[str, Any]:
+def _answer(log: RecordedRun, result: ReplayResult, took_s: float) -> Json:
     return {
         "identical": result.identical,
         "ticks": result.ticks,
@@ -161,7 +162,7 @@ def _answer(log: RecordedRun, result: ReplayResult, took_s: float) -> dict[str, 
     }
 
 
-def _lines(answer: dict[str, Any]) -> list[str]:
+def _lines(answer: Json) -> list[str]:
     found = answer["difference"]
     if found is None:
         counts = f"{answer['ticks']} ticks, {answer['frames']} frames"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimbal_hil.surface.cli.completion import model_names
+from gimbal_hil.surface.cli.option_types import AskedModel
 
 if TYPE_CHECKING:
     from gimbal_hil.knowledge.discrepancy import Foreseen
@@ -18,12 +18,7 @@ _MOST_PAIRS = 20
 
 def command(
     plan: Annotated[str, typer.Option(metavar="PLAN", help="A plan file, or a sequence of `gimbal-hil experiment`.")],
-    model: Annotated[
-        str | None,
-        typer.Option(
-            metavar="MODEL", autocompletion=model_names, help="Model file, or name of a shipped one; without it thesis."
-        ),
-    ] = None,
+    model: AskedModel = None,
     config: Annotated[
         Path | None, typer.Option(help="Configuration file: loops and rate; without it the shipped one.")
     ] = None,

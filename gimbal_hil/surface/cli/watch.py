@@ -7,9 +7,12 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
+
+from firmware_protocol.json_object import Json
+from gimbal_hil.surface.cli.option_types import DaemonRun
 
 _WIDTH = 40
 _COLOURS = {"good": "32", "warning": "33", "bad": "1;31"}
@@ -18,10 +21,7 @@ _KEYS = "keys: s stop, b gains and limits back to the configuration, n learn ane
 
 
 def command(
-    run: Annotated[
-        Path | None,
-        typer.Argument(metavar="RUN", help="Run folder of the daemon; without it the newest below ./runs."),
-    ] = None,
+    run: DaemonRun = None,
     every: Annotated[float, typer.Option(metavar="SECONDS", help="Time between two looks.", min=0.05)] = 0.25,
     once: Annotated[bool, typer.Option("--once", help="One look, then end (as for scripts).")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="The daemon's own answer, one JSON object a look.")] = False,
@@ -105,12 +105,12 @@ def _keys(reading: bool) -> Iterator[Callable[[float], str]]:
         termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
 
 
-def status_lines(answer: dict[str, Any]) -> list[str]:
+def status_lines(answer: Json) -> list[str]:
     """What a `status` answer says, a line each."""
     return [text for text, _ in _told(answer)]
 
 
-def _on_screen(answer: dict[str, Any], columns: int, coloured: bool) -> list[str]:
+def _on_screen(answer: Json, columns: int, coloured: bool) -> list[str]:
     """The same, no line wider than the terminal, in colour where it has it."""
     import textwrap
 
@@ -126,7 +126,7 @@ def _on_screen(answer: dict[str, Any], columns: int, coloured: bool) -> list[str
     return found
 
 
-def _told(answer: dict[str, Any]) -> list[tuple[str, str]]:
+def _told(answer: Json) -> list[tuple[str, str]]:
     """Lines with the tone of each: good, warning, bad, or none."""
     status = answer["status"]
     statistics = status["statistics"]
@@ -165,7 +165,7 @@ def _told(answer: dict[str, Any]) -> list[tuple[str, str]]:
     return [*lines, *_machine_lines(status, statistics, answer.get("recording"))]
 
 
-def _trouble_lines(status: dict[str, Any], seconds: float) -> list[tuple[str, str]]:
+def _trouble_lines(status: Json, seconds: float) -> list[tuple[str, str]]:
     """A stop: what, since when, what to do; else the drive's fault, or where the program is."""
     trouble, fault = status.get("trouble"), status["drive_fault"]
     complaint = status.get("drive_complaint")
@@ -183,7 +183,7 @@ def _trouble_lines(status: dict[str, Any], seconds: float) -> list[tuple[str, st
     return [(at if cause == "none" else f"{at}; the state changed last by {cause}", "")]
 
 
-def _machine_lines(status: dict[str, Any], statistics: dict[str, Any], recording: object) -> list[tuple[str, str]]:
+def _machine_lines(status: Json, statistics: Json, recording: object) -> list[tuple[str, str]]:
     """How the ticks were kept, the link, and the recording."""
     latency = statistics["latency_us"]
     causes = ", ".join(f"{name} {count}" for name, count in statistics["missed_by_cause"].items() if count)
@@ -209,7 +209,7 @@ def _machine_lines(status: dict[str, Any], statistics: dict[str, Any], recording
     return lines
 
 
-def _model_lines(observer: dict[str, Any]) -> list[tuple[str, str]]:
+def _model_lines(observer: Json) -> list[tuple[str, str]]:
     """What the model beside the antenna lacks."""
     if observer.get("state") in (None, "off"):
         return []
@@ -240,7 +240,7 @@ def _degrees(radians: float | None, width: int, decimals: int) -> str:
     return f"{_number(None if radians is None else math.degrees(radians), width, decimals)}\u00b0"
 
 
-def _bar(position: float | None, limits: dict[str, Any]) -> str:
+def _bar(position: float | None, limits: Json) -> str:
     """Where a joint is between the stops of its travel, or half a turn either way where it has none; `|` is zero."""
     import math
 

@@ -8,12 +8,12 @@ a step is the torque: the prefilter's corner is where a step of 1 rad just asks 
 from __future__ import annotations
 
 import math
-from typing import Any
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.surface.starting.description import ASSUMED, AntennaDescription, AxisDescription, friction_of
 from sim_backend.model import ModelKind
 
-Document = dict[str, Any]
+Document = Json
 _CROSSING_RAD_S, _CROSSING_SHARE = 120.0, 0.12
 _GRAVITY = 9.81
 #: what a mass off its axis and friction may ask for, at least, over the torque limit

@@ -85,7 +85,7 @@ class Curve:
         """As it stands in `effects:` of a model file."""
         shape = self.shape
         over = [one.value for one in shape.over]
-        found: dict[str, Any] = {
+        found: dict[str, object] = {
             "kind": LawKind.CURVE.value,
             "axis": shape.axis,
             "acts_on": shape.acts_on.value,

@@ -139,7 +139,7 @@ def _looks_like(result: Result) -> list[Block]:
     return [Heading("What it looks like"), *(Plot(law_figure(result, law), caption) for law in laws)]
 
 
-def _floor_tile(gap: dict[str, Any]) -> tuple[str, str]:
+def _floor_tile(gap: dict[str, object]) -> tuple[str, str]:
     """The noise floor; a larger inertia makes more of the encoder's error, and what is left is then noise to it."""
     floor, after = (f"{gap[key]:.2g}" for key in ("noise_floor", "noise_floor_after"))
     if floor == after:

@@ -51,7 +51,7 @@ def _column_of(result: Result, verdict: dict[str, Any]) -> int:
     return next(j for j, c in enumerate(channels) if (c.axis, c.signal) == (gap["axis"], gap["signal"]))
 
 
-def where_figure(result: Result, verdict: dict[str, Any]) -> Drawing:
+def where_figure(result: Result, verdict: dict[str, object]) -> Drawing:
     """Shares of the squared gap: for every way to cut the data one group of bars that adds up to 1."""
     from gimbal_hil.pages.plots import ALERT, MEASURED, figure
 
