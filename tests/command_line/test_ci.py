@@ -55,6 +55,7 @@ def test_the_bench_ends_with_one_when_a_figure_misses_its_target(
     assert ("MISSED" in capsys.readouterr().out) is bool(code)
 
 
+@pytest.mark.heavy
 def test_the_bench_judges_what_it_measures_itself(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code = app.run("bench", ["speed", "--repeats", "3", "--json", "--out", str(tmp_path)])
     rows = json.loads(capsys.readouterr().out)

@@ -59,6 +59,7 @@ def test_nothing_is_missing_where_the_log_has_the_acceleration(logs: tuple[Signa
     assert float(torque_left(result).max()) < 1.5
 
 
+@pytest.mark.heavy
 def test_a_gap_stands_where_the_log_keeps_it_to_itself(logs: tuple[SignalsTable, SignalsTable]) -> None:
     bare = tuple(without_pivot(table) for table in logs)
     result = diagnose(Request(shipped_model(), bare[:1], bare[1:], only=("cogging",)))

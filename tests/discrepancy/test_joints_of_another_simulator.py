@@ -53,6 +53,7 @@ def test_where_a_joint_creeps_no_dip_is_told_of_a_model_without_a_bristle(tmp_pa
     assert said["verdict"]["verdict"] == "named"
 
 
+@pytest.mark.heavy
 def test_a_little_beside_more_that_nobody_knows_is_no_name(tmp_path: Path) -> None:
     said = worn.asked(tmp_path, "6-08", "inertia halved", "a ripple", "sines", 6008)
     named = {one["name"] for one in said["verdict"]["effects"] if one["status"] == "named"}

@@ -51,7 +51,11 @@ SWING = program_of(
 
 
 @pytest.mark.parametrize(
-    ("change", "news"), [(heavier, "shakes"), (turned_round, "stale")], ids=["inertia", "unbalance"]
+    ("change", "news"),
+    [
+        pytest.param(heavier, "shakes", id="inertia", marks=pytest.mark.heavy),
+        pytest.param(turned_round, "stale", id="unbalance"),
+    ],
 )
 def test_both_paths_find_the_same_at_the_same_tick_bit_for_bit(change: Change, news: str, tmp_path: Path) -> None:
     logs, found = [], []

@@ -18,6 +18,7 @@ from tests.sim_backend.test_observer import with_cogging
 pytestmark = pytest.mark.realtime
 
 
+@pytest.mark.heavy
 def test_an_effect_that_sets_in_shows_in_status_and_watch_and_the_run_is_replayed(tmp_path: Path) -> None:
     (tmp_path / "cogging.yaml").write_text(yaml_text(with_cogging().document))
     run = tmp_path / "run"

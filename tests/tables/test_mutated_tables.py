@@ -126,7 +126,7 @@ BEGINNINGS = (
 ENDINGS = (".csv", ".txt", ".log", ".npz", ".npy", ".csv.gz", ".db3", ".mat", ".xlsx", ".mf4", "")
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(beginning=st.sampled_from(BEGINNINGS), content=st.binary(max_size=400), ending=st.sampled_from(ENDINGS))
 def test_any_bytes_are_refused_in_one_line(
     tmp_path_factory: pytest.TempPathFactory, beginning: bytes, content: bytes, ending: str
