@@ -21,7 +21,14 @@ from gimbal_hil.knowledge.discrepancy.inquiry import (
     surely_less,
     weighing_of,
 )
-from gimbal_hil.knowledge.discrepancy.search import Path, basis_of, in_its_place, numbers_instead, same_to_a_twin
+from gimbal_hil.knowledge.discrepancy.search import (
+    Path,
+    basis_of,
+    extended,
+    in_its_place,
+    numbers_instead,
+    same_to_a_twin,
+)
 from gimbal_hil.knowledge.discrepancy.twin import Floats
 
 #: a rival that, by its slopes where it stands, would leave more squares than this times those of the explanation comes
@@ -80,12 +87,22 @@ def rivals_of(
     found: list[tuple[State, tuple[tuple[str, str], ...]]] = [(o, (o.hypothesis.labels[-1],)) for o in others]
     numbers = numbers_instead(inquiry, without, state, label)
     if numbers is not None:
-        found.append(numbers)
+        free, labels = numbers
+        found.append((_with_another_order(inquiry, free), labels))
     rivals = [
         _rival(inquiry, without, state, _at_its_best(inquiry, state, other, label), labels, missing)
         for other, labels in found
     ]
     return tuple(sorted(rivals, key=lambda rival: rival.extra))
+
+
+def _with_another_order(inquiry: Inquiry, state: State) -> State:
+    """A state whose known numbers were let go, with one more order of the ripples that it has, where that pays. Which
+    orders it has was found beside the cause, that took a part of them; and a number that is off is the plainer story.
+    """
+    there = set(state.hypothesis.labels)
+    own = tuple(family for family in inquiry.families if family.ripple and family.label in there)
+    return extended(replace(inquiry, families=own), state, 1, ()).state if own else state
 
 
 def _at_its_best(inquiry: Inquiry, state: State, other: State, label: tuple[str, str]) -> State:
