@@ -77,6 +77,20 @@ def test_a_slow_motor_has_its_ripple_of_seven_a_turn_and_nothing_else(
     assert {round(entry["order"]["value"]) for entry in both} >= {7, 12, 14}
 
 
+@pytest.mark.heavy
+def test_a_friction_level_that_is_too_low_is_not_called_a_drag_beside_the_ripple(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # the level that the runs have is beyond its stated 30 %; with one more order of the ripple it leaves less than a
+    # drag, which took a part of that order
+    rig = write_odrive(tmp_path, {"friction.coulomb": 0.7, "friction.breakaway": 0.7})
+    fitted, judged = (rig.logs[f"slow2/{run}"] for run in ("nocomp_0", "nocomp_1"))
+    verdict = verdict_on(rig.model, [fitted], judged, tmp_path / "out", monkeypatch)
+    assert [e["name"] for e in verdict["effects"] if e["status"] == "named"] == ["cogging"]
+    others = {e["name"] for e in (*verdict["effects"], *verdict["alternatives"]) if e["name"] != "cogging"}
+    assert "coulomb" in others
+
+
 #: number of the model, its effect, and what of it the effect gives
 _PLANTED = {
     "body.mass": ("inertia", "inertia", 95.1089),
