@@ -43,4 +43,4 @@ def _bic(y: np.ndarray, matrix: np.ndarray, count: float) -> float:
 
 
 if __name__ == "__main__":
-    run(by_bic, knob=5.0)
+    run(by_bic, knob=400.0)

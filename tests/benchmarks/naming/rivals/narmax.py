@@ -28,4 +28,4 @@ def by_frols(equation: Equation, knob: float) -> Found:
 
 
 if __name__ == "__main__":
-    run(by_frols, knob=0.9)
+    run(by_frols, knob=0.97)

@@ -27,4 +27,4 @@ def by_fit(equation: Equation, knob: float) -> Found:
 
 
 if __name__ == "__main__":
-    run(by_fit, knob=0.5)
+    run(by_fit, knob=0.7)

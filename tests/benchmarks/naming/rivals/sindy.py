@@ -34,4 +34,4 @@ def by_ensemble(equation: Equation, knob: float) -> Found:
 
 if __name__ == "__main__":
     np.random.seed(0)
-    run(by_ensemble, knob=0.2)
+    run(by_ensemble, knob=0.8)

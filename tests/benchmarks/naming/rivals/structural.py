@@ -82,7 +82,7 @@ def by_structure(case: Case, knob: float) -> tuple[dict[tuple[str, str], float],
 
 def main() -> None:
     """The command line of an adapter; `--knob` is from which share of its signal on a residual counts as moved."""
-    chosen = asked(0.005)
+    chosen = asked(0.002)
     write_answer(chosen.answer, *by_structure(read_case(chosen.case), chosen.knob))
 
 
