@@ -12,6 +12,8 @@ from firmware_protocol.adapters import CanFrame, UnixCanBus
 from sim_backend.drives import DriveServer
 from tests.adapters.rig import PERIOD_NS, RATE_HZ
 
+pytestmark = [pytest.mark.realtime]
+
 
 class Clock:
     """A clock and a bus of a test: at each look time goes on, and frames of the host come at theirs."""

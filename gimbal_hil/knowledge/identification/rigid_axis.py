@@ -246,12 +246,17 @@ def as_logged(
 def _ripples(
     motion: AxisMotion, names: tuple[str, ...], smoothed: SmoothedLog | None = None
 ) -> tuple[PositionRipple, ...]:
-    """Waves over position in what the first regression leaves, as fast as the filters let through."""
+    """Waves over position in what the first regression leaves, as fast as the filters let through; none where the
+    filters leave no row of a short log.
+    """
     problem, rate = next(motion.problems((), smoothed))
+    position = motion.position[problem.rows]
+    if not len(position):
+        return ()
     residual = fit_shifted(problem).residual
     usual_rate = float(np.median(np.abs(rate[problem.rows])))
     fastest = 2.0 * np.pi * motion.rule.bandwidth_hz / max(usual_rate, 1e-12)
-    ripples = ripples_of(residual, motion.position[problem.rows], fastest)
+    ripples = ripples_of(residual, position, fastest)
     for _ in range(_RIPPLE_ROUNDS if ripples else 0):
         beside = fit_shifted(next(motion.problems(ripples, smoothed))[0]).solution[len(names) :]
         ripples = tuple(
