@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-#: looks in a row that were answered, after which an unanswered one is an exception; drives that leave out answers as a
-#: rule are taken by their word
-_REGULAR_LOOKS = 3
+#: of the last sets, which are so many, the share before which answers were lost: a drive that leaves out more as a rule
+#: is taken by its word
+_SETS, _AS_A_RULE = 16, 0.25
 #: sets in a row that may be refused
 _MOST_REFUSED = 2
 
@@ -23,8 +23,8 @@ class Answering:
     """The looks at drives that are asked at each tick, between the answers and the next question."""
 
     _owed: int = 0
-    _regular: int = 0
     _refused: int = 0
+    _lost_share: float = 0.0
 
     def is_of_this_tick(self, samples: Sequence[int]) -> bool:
         """For one look and how many new samples it found of each drive: whether the newest ones answer the last
@@ -37,9 +37,9 @@ class Answering:
         all_came = came >= self._owed
         # what is still owed after a refusal was lost, where no more than the answer to the last question came
         lost = self._refused > 0 and came == 1
-        if not all_came and self._regular >= _REGULAR_LOOKS and self._refused < _MOST_REFUSED and not lost:
+        if not all_came and not lost and self._refused < _MOST_REFUSED and self._lost_share < _AS_A_RULE:
             self._owed, self._refused = self._owed - came, self._refused + 1
             return False
         self._owed, self._refused = 0, 0
-        self._regular = self._regular + 1 if all_came else 0
+        self._lost_share += ((0.0 if all_came else 1.0) - self._lost_share) / _SETS
         return True

@@ -13,6 +13,8 @@ from sim_backend.drives.gimbal import DrivenGimbal
 _MOST_CAUGHT_UP = 50
 #: share of its distance by which a tick moves towards its place before the frames of the host, and that place
 _FOLLOWED, _AHEAD = 1 / 16, 1 / 4
+#: share of a period by which one frame moves a tick at most
+_MOST_MOVED = 1 / 256
 
 
 @dataclass
@@ -65,8 +67,14 @@ class DriveServer:
                 self._catch_up(sent_ns)
                 self.statistics.frames_received += 1
                 self._send(self._gimbal.hear([frame]))
-                self._deadline += round(_FOLLOWED * (sent_ns - self._deadline - _AHEAD * self._period_ns))
+                self._follow(sent_ns)
             self._catch_up(now)
+
+    def _follow(self, sent_ns: int) -> None:
+        """Move the ticks towards their place before a frame; where many are late, their usual place, not their mean."""
+        behind = _FOLLOWED * (sent_ns - self._deadline - _AHEAD * self._period_ns)
+        most = _MOST_MOVED * self._period_ns
+        self._deadline += round(min(max(behind, -most), most))
 
     def _arrivals(self, now: int) -> list[tuple[int, CanFrame]]:
         """Frames that came, with the time at which they were sent; a real bus tells none, and its look is taken."""

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 #: share of rows without an answer, and rows in a row, up to which they are bridged; a longer gap parts the run. What a
-#: gap does to a curve is a matter of its length: with 14 % of the rows bridged a ripple of 100 mN m was 100.1 (0250)
-MOST_MISSED, LONGEST_GAP = 0.15, 10
+#: gap does to a curve is a matter of its length: with 28 % of the rows bridged a ripple of 100 mN m was 100.1 (0250)
+MOST_MISSED, LONGEST_GAP = 0.25, 10
 #: of a run that is parted, the share that its longest part has to have
 _LEAST_PART = 0.25
 #: share of the period by which a question may be late, against the usual, for its answer to count as that of its tick
