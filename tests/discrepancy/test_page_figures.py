@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.knowledge.discrepancy.verdict.page_figures import sliced_mean, with_the_rest
+from gimbal_hil.knowledge.discrepancy.verdict.page_figures import sliced_mean, told_gap, with_the_rest
 from gimbal_hil.knowledge.discrepancy.verdict.where import Regime, RegimeGroup
 
 
@@ -54,3 +54,13 @@ def test_slices_with_few_rows_are_joined_with_the_next_and_no_row_is_lost() -> N
         assert len(mean) <= max(1, count // 4)
     place, mean = sliced_mean(np.array([0.0] * 4 + [0.5] + [1.0] * 4), np.array([1.0] * 4 + [5.0] + [0.0] * 4))
     assert mean == pytest.approx([1.0, 1.0]) and place == pytest.approx([0.0, 0.9])
+
+
+def test_the_page_shows_the_gap_that_its_text_speaks_of() -> None:
+    def gap(signal: str, before: float, after: float) -> dict[str, object]:
+        return {"signal": signal, "after_recalibration": before, "after": after, "noise_floor": 1.0}
+
+    torque, rate = gap("torque", 90.0, 30.0), gap("rate_error", 190.0, 190.0)
+    document = {"gap": rate, "gaps": [rate, torque], "effects": [{"name": "cogging"}]}
+    assert told_gap(document) == torque
+    assert told_gap(document | {"effects": []}) == rate

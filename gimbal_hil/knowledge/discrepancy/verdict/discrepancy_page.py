@@ -14,6 +14,7 @@ from gimbal_hil.knowledge.discrepancy.verdict.page_figures import (
     law_figure,
     over_figure,
     time_figure,
+    told_gap,
     where_figure,
 )
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict, entries_of
@@ -94,7 +95,8 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
 
 def _answer(result: Result, verdict: dict[str, Any]) -> list[Block]:
     """What a reader came for: the sentence, the figures, how large the gap is, and the plot that shows its kind."""
-    gap = verdict["gap"]
+    gap = told_gap(verdict)
+    which = "largest gap" if all(gap[key] == verdict["gap"][key] for key in ("axis", "signal")) else "gap"
     return [
         _said(verdict),
         *(Callout(f"{against['axis']}: {against['text']}.", "warning") for against in verdict["contradictions"]),
@@ -103,7 +105,7 @@ def _answer(result: Result, verdict: dict[str, Any]) -> list[Block]:
                 (verdict["verdict"].replace("_", " "), "verdict"),
                 (
                     f"{gap['before'] / gap['noise_floor']:.1f} → {gap['after'] / gap['noise_floor']:.1f}",
-                    f"largest gap in noise floors, {gap['axis']} {gap['signal'].replace('_', ' ')}",
+                    f"{which} in noise floors, {gap['axis']} {gap['signal'].replace('_', ' ')}",
                 ),
                 (
                     "-" if gap["closed_fraction"] is None else f"{gap['closed_fraction']:.1%}",
@@ -163,7 +165,7 @@ def _judged_on(result: Result) -> str:
 
 def _proof(result: Result, verdict: dict[str, Any]) -> list[Block]:
     """The plot that shows what kind of thing is missing: what is left over position, speed and temperature."""
-    gap = verdict["gap"]
+    gap = told_gap(verdict)
     caption = (
         f"Dots: rows, {_judged_on(result)}; lines: the mean in each slice of the travel (speed, temperature). A ripple "
         "in the first panel is tied to position, a slope in the second to speed, a step at zero speed to direction."

@@ -44,9 +44,18 @@ def gap_figure(verdict: dict[str, Any]) -> Drawing:
     return drawn
 
 
+def told_gap(verdict: dict[str, Any]) -> dict[str, Any]:
+    """The gap that the text speaks of: where causes are told that which they close most of, in floors; else the
+    largest.
+    """
+    if not verdict["effects"]:
+        return dict(verdict["gap"])
+    return dict(max(verdict["gaps"], key=lambda gap: (gap["after_recalibration"] - gap["after"]) / gap["noise_floor"]))
+
+
 def _column_of(result: Result, verdict: dict[str, Any]) -> int:
     """The channel that the text speaks of."""
-    gap = verdict["gap"]
+    gap = told_gap(verdict)
     channels = result.inquiry.twin.channels
     return next(j for j, c in enumerate(channels) if (c.axis, c.signal) == (gap["axis"], gap["signal"]))
 
@@ -106,7 +115,7 @@ def over_figure(result: Result, verdict: dict[str, Any]) -> Drawing:
     """What is left of the channel that the text speaks of, over position, speed and temperature of its axis."""
     from gimbal_hil.pages.plots import MODEL, REFERENCE, figure_of_panels, thinned
 
-    inquiry, gap = result.inquiry, verdict["gap"]
+    inquiry, gap = result.inquiry, told_gap(verdict)
     j = _column_of(result, verdict)
     floor = float(inquiry.floor[j])
     before, after = (
