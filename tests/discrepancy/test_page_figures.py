@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.knowledge.discrepancy.verdict.page_figures import sliced_mean, told_gap, with_the_rest
+from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, closed_most, largest
+from gimbal_hil.knowledge.discrepancy.verdict.page_figures import sliced_mean, with_the_rest
 from gimbal_hil.knowledge.discrepancy.verdict.where import Regime, RegimeGroup
 
 
@@ -57,10 +58,8 @@ def test_slices_with_few_rows_are_joined_with_the_next_and_no_row_is_lost() -> N
 
 
 def test_the_page_shows_the_gap_that_its_text_speaks_of() -> None:
-    def gap(signal: str, before: float, after: float) -> dict[str, object]:
-        return {"signal": signal, "after_recalibration": before, "after": after, "noise_floor": 1.0}
+    def gap(signal: str, before: float, after: float) -> Gap:
+        return Gap("outer", signal, "N m", (0.0, 40.0), before, before, after, 1.0, 1.0, "", 0.0, None, None, None)
 
     torque, rate = gap("torque", 90.0, 30.0), gap("rate_error", 190.0, 190.0)
-    document = {"gap": rate, "gaps": [rate, torque], "effects": [{"name": "cogging"}]}
-    assert told_gap(document) == torque
-    assert told_gap(document | {"effects": []}) == rate
+    assert closed_most((rate, torque)) is torque and largest((torque, rate)) is rate

@@ -69,7 +69,7 @@ def run_columns(run: RecordedRun) -> tuple[Floats, dict[str, Floats], Integers |
     if not run.record.header.lockstep:
         row_tick = _counted_on(row_tick)
     if run.record.header.configuration.get("link", {}).get("kind") == "adapter":
-        # these drives sample when they are asked, the antenna's own device by its own clock
+        # these drives tell the motion of when the host asked or looked, the antenna's own device that of its own clock
         asked_late = asked_late_rows(run.ticks, row_tick, run.record.header.period_ns)
         for axis, signal in itertools.product(run.record.header.axes, ("position", "rate")):
             columns[f"{axis}.{signal}"][asked_late] = np.nan

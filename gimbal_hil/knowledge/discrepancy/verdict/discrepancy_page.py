@@ -9,12 +9,12 @@ from typing import Any
 
 from gimbal_hil.knowledge.discrepancy.inquiry import gain_on
 from gimbal_hil.knowledge.discrepancy.judgement import Result
+from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap
 from gimbal_hil.knowledge.discrepancy.verdict.page_figures import (
     gap_figure,
     law_figure,
     over_figure,
     time_figure,
-    told_gap,
     where_figure,
 )
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict, entries_of
@@ -35,8 +35,9 @@ _TONE = {
 
 def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | None, sources: list[str]) -> Page:
     """The page for one result."""
-    verdict = found.document
-    blocks = _answer(result, verdict)
+    verdict, told = found.document, found.told_gap
+    assert told is not None, "a verdict on refused logs has no page"
+    blocks = _answer(result, found, told)
     if verdict["effects"]:
         blocks += [Heading("What was found"), _effects_table(result, verdict)]
     if result.described is not None:
@@ -48,7 +49,7 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
     blocks += [
         Heading("Where it sits"),
         Plot(
-            where_figure(result, verdict),
+            where_figure(result, told),
             "Share of the squared gap with 90 % block-bootstrap intervals; red marks are the share of time. Every group"
             " cuts the same data in another way: within one group the bars add up to 1.",
         ),
@@ -93,10 +94,9 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
     )
 
 
-def _answer(result: Result, verdict: dict[str, Any]) -> list[Block]:
+def _answer(result: Result, found: Verdict, gap: Gap) -> list[Block]:
     """What a reader came for: the sentence, the figures, how large the gap is, and the plot that shows its kind."""
-    gap = told_gap(verdict)
-    which = "largest gap" if all(gap[key] == verdict["gap"][key] for key in ("axis", "signal")) else "gap"
+    verdict, which = found.document, "largest gap" if gap is found.gap else "gap"
     return [
         _said(verdict),
         *(Callout(f"{against['axis']}: {against['text']}.", "warning") for against in verdict["contradictions"]),
@@ -104,11 +104,11 @@ def _answer(result: Result, verdict: dict[str, Any]) -> list[Block]:
             (
                 (verdict["verdict"].replace("_", " "), "verdict"),
                 (
-                    f"{gap['before'] / gap['noise_floor']:.1f} → {gap['after'] / gap['noise_floor']:.1f}",
-                    f"{which} in noise floors, {gap['axis']} {gap['signal'].replace('_', ' ')}",
+                    f"{gap.before / gap.noise_floor:.1f} → {gap.after / gap.noise_floor:.1f}",
+                    f"{which} in noise floors, {gap.axis} {gap.signal.replace('_', ' ')}",
                 ),
                 (
-                    "-" if gap["closed_fraction"] is None else f"{gap['closed_fraction']:.1%}",
+                    "-" if gap.closed_fraction is None else f"{gap.closed_fraction:.1%}",
                     f"of the gap closed {_judged_on(result)}",
                 ),
                 _floor_tile(gap),
@@ -116,7 +116,7 @@ def _answer(result: Result, verdict: dict[str, Any]) -> list[Block]:
         ),
         Heading("How large the gap is"),
         Plot(gap_figure(verdict), _GAP_CAPTION.format(_judged_on(result))),
-        *_proof(result, verdict),
+        *_proof(result, gap),
     ]
 
 
@@ -141,12 +141,12 @@ def _looks_like(result: Result) -> list[Block]:
     return [Heading("What it looks like"), *(Plot(law_figure(result, law), caption) for law in laws)]
 
 
-def _floor_tile(gap: dict[str, object]) -> tuple[str, str]:
+def _floor_tile(gap: Gap) -> tuple[str, str]:
     """The noise floor; a larger inertia makes more of the encoder's error, and what is left is then noise to it."""
-    floor, after = (f"{gap[key]:.2g}" for key in ("noise_floor", "noise_floor_after"))
+    floor, after = (f"{one:.2g}" for one in (gap.noise_floor, gap.noise_floor_after))
     if floor == after:
-        return f"{floor} {gap['unit']}", "noise floor"
-    return f"{floor} → {after} {gap['unit']}", "noise floor, with the inertia of the model and as fitted"
+        return f"{floor} {gap.unit}", "noise floor"
+    return f"{floor} → {after} {gap.unit}", "noise floor, with the inertia of the model and as fitted"
 
 
 def _moved_row(moved: dict[str, Any]) -> tuple[str, ...]:
@@ -163,16 +163,15 @@ def _judged_on(result: Result) -> str:
     return "on hold-out rows that neither selected nor tuned"
 
 
-def _proof(result: Result, verdict: dict[str, Any]) -> list[Block]:
+def _proof(result: Result, gap: Gap) -> list[Block]:
     """The plot that shows what kind of thing is missing: what is left over position, speed and temperature."""
-    gap = told_gap(verdict)
     caption = (
         f"Dots: rows, {_judged_on(result)}; lines: the mean in each slice of the travel (speed, temperature). A ripple "
         "in the first panel is tied to position, a slope in the second to speed, a step at zero speed to direction."
     )
     return [
-        Heading(f"What is left of {gap['axis']} {gap['signal'].replace('_', ' ')}, and over what"),
-        Plot(over_figure(result, verdict), caption),
+        Heading(f"What is left of {gap.axis} {gap.signal.replace('_', ' ')}, and over what"),
+        Plot(over_figure(result, gap), caption),
     ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +40,16 @@ class Gap:
     closed_low: float | None
     closed_high: float | None
     on: str = "held-out"
+
+
+def largest(gaps: Sequence[Gap]) -> Gap:
+    """The one with most noise floors before anything is told."""
+    return max(gaps, key=lambda gap: gap.before / gap.noise_floor)
+
+
+def closed_most(gaps: Sequence[Gap]) -> Gap:
+    """The one that what is told closes most noise floors of."""
+    return max(gaps, key=lambda gap: (gap.after_recalibration - gap.after) / gap.noise_floor)
 
 
 def gaps_of(result: Result) -> tuple[Gap, ...]:

@@ -11,6 +11,7 @@ from gimbal_hil.knowledge.discrepancy.hypotheses import torque_residual
 from gimbal_hil.knowledge.discrepancy.judgement import Result
 from gimbal_hil.knowledge.discrepancy.laws import DescribedLaw
 from gimbal_hil.knowledge.discrepancy.twin import Floats
+from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap
 from gimbal_hil.knowledge.discrepancy.verdict.where import Regime, regimes
 from sim_backend.model import UNIT_OF, UNIT_OVER, ActsOn
 
@@ -44,27 +45,17 @@ def gap_figure(verdict: dict[str, Any]) -> Drawing:
     return drawn
 
 
-def told_gap(verdict: dict[str, Any]) -> dict[str, Any]:
-    """The gap that the text speaks of: where causes are told that which they close most of, in floors; else the
-    largest.
-    """
-    if not verdict["effects"]:
-        return dict(verdict["gap"])
-    return dict(max(verdict["gaps"], key=lambda gap: (gap["after_recalibration"] - gap["after"]) / gap["noise_floor"]))
-
-
-def _column_of(result: Result, verdict: dict[str, Any]) -> int:
-    """The channel that the text speaks of."""
-    gap = told_gap(verdict)
+def _column_of(result: Result, gap: Gap) -> int:
+    """The channel of a gap."""
     channels = result.inquiry.twin.channels
-    return next(j for j, c in enumerate(channels) if (c.axis, c.signal) == (gap["axis"], gap["signal"]))
+    return next(j for j, c in enumerate(channels) if (c.axis, c.signal) == (gap.axis, gap.signal))
 
 
-def where_figure(result: Result, verdict: dict[str, object]) -> Drawing:
+def where_figure(result: Result, gap: Gap) -> Drawing:
     """Shares of the squared gap: for every way to cut the data one group of bars that adds up to 1."""
     from gimbal_hil.pages.plots import ALERT, MEASURED, figure
 
-    j = _column_of(result, verdict)
+    j = _column_of(result, gap)
     channel = result.inquiry.twin.channels[j]
     found = with_the_rest(regimes(result.inquiry.twin, result.null.fitted, channel, j))
     title = f"Where the gap of {channel.axis} {channel.signal.replace('_', ' ')} sits"
@@ -111,21 +102,21 @@ def with_the_rest(found: Sequence[Regime]) -> list[Regime]:
     return whole
 
 
-def over_figure(result: Result, verdict: dict[str, Any]) -> Drawing:
+def over_figure(result: Result, gap: Gap) -> Drawing:
     """What is left of the channel that the text speaks of, over position, speed and temperature of its axis."""
     from gimbal_hil.pages.plots import MODEL, REFERENCE, figure_of_panels, thinned
 
-    inquiry, gap = result.inquiry, told_gap(verdict)
-    j = _column_of(result, verdict)
+    inquiry = result.inquiry
+    j = _column_of(result, gap)
     floor = float(inquiry.floor[j])
     before, after = (
         floor * torque_residual(under.holdout, state.hypothesis, inquiry.floor)[:, j]
         for state, under in ((result.stated, inquiry), (result.best, result.under))
     )
-    over = _abscissas(result, gap["axis"])
-    word = gap["signal"].replace("_", " ")
+    over = _abscissas(result, gap.axis)
+    word = gap.signal.replace("_", " ")
     drawn = figure_of_panels(
-        [name for name, _ in over], f"{gap['unit']}", 250, f"{gap['axis']} {word} left over, before and after"
+        [name for name, _ in over], gap.unit, 250, f"{gap.axis} {word} left over, before and after"
     )
     few = thinned(len(before), _DOTS)
     lines = [("before", before, REFERENCE)] + ([("after", after, MODEL)] if _explained(result) else [])

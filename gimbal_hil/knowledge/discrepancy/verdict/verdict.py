@@ -26,7 +26,7 @@ from gimbal_hil.knowledge.discrepancy.twin import Channel
 from gimbal_hil.knowledge.discrepancy.verdict.contradictions import contradictions
 from gimbal_hil.knowledge.discrepancy.verdict.corrected import corrected_model, moved_numbers, recalibrated_model
 from gimbal_hil.knowledge.discrepancy.verdict.forms import undetermined_form
-from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, gaps_of
+from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, closed_most, gaps_of, largest
 from gimbal_hil.knowledge.discrepancy.verdict.laws import laws_of
 from gimbal_hil.knowledge.discrepancy.verdict.next_run import run_for
 from gimbal_hil.knowledge.discrepancy.verdict.separating import CHANCE, separating_run
@@ -77,6 +77,11 @@ class Verdict:
     laws: tuple[Entry, ...] = ()
 
     @property
+    def told_gap(self) -> Gap | None:
+        """The gap that the text speaks of; None where logs were refused."""
+        return closed_most(self.gaps) if self.effects else self.gap
+
+    @property
     def document(self) -> Entry:
         """What verdict.json holds."""
         return {
@@ -104,7 +109,7 @@ class Verdict:
 def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequence[str] = ()) -> Verdict:
     """What a result says; with the `logs` themselves it also says where they contradict one another."""
     gaps = gaps_of(result)
-    worst = max(range(len(gaps)), key=lambda j: gaps[j].before / gaps[j].noise_floor)
+    worst = gaps.index(largest(gaps))
     entries = [_effect_entry(result, one) for one in result.told]
     effects = tuple(sorted((entry for entry, _, _ in entries), key=lambda e: -e["held_out_gain"]))
     alternatives = tuple(other for _, others, _ in entries for other in others)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.judgement import Denial, Kind, Result, Status, Told
-from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap
+from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, closed_most, largest
 from gimbal_hil.knowledge.discrepancy.verdict.laws import told_laws
 from gimbal_hil.pages.report import quantity
 from sim_backend.effects import CATALOGUE, FittedNumber
@@ -38,12 +38,12 @@ def told(result: Result, effects: Sequence[Entry], gaps: Sequence[Gap]) -> str:
     if kind is Kind.UNEXPLAINED:
         return _unexplained(result, gaps)
     if kind is Kind.DESCRIBED:
-        return f"{_size('The largest gap is', _largest(gaps))}. No name fits.{told_laws(result)}{_remainder(gaps)}"
-    gap = max(gaps, key=lambda g: (g.after_recalibration - g.after) / g.noise_floor)
+        return f"{_size('The largest gap is', largest(gaps))}. No name fits.{told_laws(result)}{_remainder(gaps)}"
+    gap = closed_most(gaps)
     names = " ".join(f"{headline(e)}." for e in effects)
     it = "It explains" if len(effects) == 1 else "They explain"
     share = "" if gap.closed_fraction is None else f" {gap.closed_fraction:.0%} of"
-    which = "the largest gap" if gap is _largest(gaps) else "a gap"
+    which = "the largest gap" if gap is largest(gaps) else "a gap"
     size = f"the {_of_channel(gap)}, {_floors(gap)}"
     first = f"{names} {it}{share} {which} {_where_judged(result)}: {size}{moved}."
     if all(one.standing.silent for one in result.told):
@@ -79,7 +79,7 @@ def _no_gap(gaps: Sequence[Gap], least: float) -> str:
 
 
 def _recalibration(result: Result, gaps: Sequence[Gap]) -> str:
-    gap = _largest(gaps)
+    gap = largest(gaps)
     if gap.before - gap.after_recalibration <= 0.1 * gap.before or gap.before <= 1.1 * gap.noise_floor:
         return ""
     return f" ({quantity(gap.after_recalibration, gap.unit)} once known numbers moved within their stated uncertainty)"
@@ -90,7 +90,7 @@ def _where_judged(result: Result) -> str:
 
 
 def _unexplained(result: Result, gaps: Sequence[Gap]) -> str:
-    size = _size("The largest gap is", _largest(gaps))
+    size = _size("The largest gap is", largest(gaps))
     tried = ", ".join(dict.fromkeys(_name(*label) for label in result.path.state.hypothesis.labels))
     shape = max(result.decision.remainders, key=lambda r: r.after)
     seen = ""
@@ -164,10 +164,6 @@ def _at_first(said: str) -> str:
 
 def _name(effect: str, axis: str) -> str:
     return f"{effect.replace('_', ' ')} on {axis}"
-
-
-def _largest(gaps: Sequence[Gap]) -> Gap:
-    return max(gaps, key=lambda g: g.before / g.noise_floor)
 
 
 def headline(effect: Entry) -> str:
