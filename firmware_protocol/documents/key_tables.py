@@ -79,8 +79,8 @@ def _value(key: str, entry: Mapping[str, Any], definitions: Mapping[str, Any]) -
         return f"`{kind['const']}`"
     unit = "" if key in _NO_UNIT else next((unit for ending, unit in _UNITS.items() if key.endswith(ending)), "")
     if kind.get("type") in ("number", "integer"):
-        whole = "whole number" if kind["type"] == "integer" else "number"
-        return ", ".join(part for part in (whole + _bounds(kind), unit) if part)
+        whole = "whole" if kind["type"] == "integer" else ""
+        return ", ".join(part for part in (whole, _bounds(kind) or ("" if whole else "number"), unit) if part)
     if kind.get("type") == "array":
         count = kind.get("maxItems")
         length = "" if not count else f" of {count}" if kind.get("minItems") == count else f" of up to {count}"
@@ -102,4 +102,4 @@ def _bounds(kind: Mapping[str, Any]) -> str:
         said.append(f"below {below:g}")
     elif high < _LARGE:
         said.append(f"to {high:g}")
-    return " " + " ".join(said) if said else ""
+    return " ".join(said)

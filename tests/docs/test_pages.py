@@ -14,6 +14,7 @@ from gimbal_hil.data.signals import read_signals
 ROOT = Path(__file__).resolve().parent.parent.parent
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md")])
 RECORDS = sorted((ROOT / "docs" / "decisions").glob("[0-9]*.md"))
+INDEX = (ROOT / "docs" / "decisions" / "README.md").read_text()
 CODE = [
     path for room in ("firmware_protocol", "sim_backend", "gimbal_hil", "tests") for path in (ROOT / room).rglob("*.py")
 ]
@@ -50,8 +51,12 @@ def test_a_decision_record_has_number_title_date_and_status_and_stands_in_the_in
     number, title = text.splitlines()[0].removeprefix("# ").split(" ", 1)
     said = re.search(r"Status: (.+?)\. Date: (20\d\d-\d\d-\d\d)\.", " ".join(text.splitlines()[1:6]))
     assert said, "the third line is 'Status: .... Date: YYYY-MM-DD.'"
-    row = f"| [{number}]({record.name}) | {title} | {said[2]} | {said[1]} |"
-    assert row in (ROOT / "docs" / "decisions" / "README.md").read_text(), "the same in docs/decisions/README.md"
+    successor = said[1].removeprefix("replaced by ") if said[1].startswith("replaced by ") else None
+    row = f"- [{number}]({record.name})\n  {title}\n" if successor is None else f"  [{number}]({record.name})"
+    part = INDEX.partition("\n## Replaced\n")[0]
+    if successor is not None:
+        part = next((one for one in INDEX.split("\n- By ") if one.startswith(f"[{successor}](")), "")
+    assert row in part, f"docs/decisions/README.md has {row!r}" + (f" below 'By [{successor}]'" if successor else "")
 
 
 @pytest.mark.parametrize("record", RECORDS, ids=lambda record: record.stem)
@@ -69,9 +74,10 @@ def test_a_decision_record_says_why_what_and_what_follows(record: Path) -> None:
 def test_every_decision_has_a_number_of_its_own_and_the_index_is_in_their_order() -> None:
     numbers = [record.name[:4] for record in RECORDS]
     assert len(set(numbers)) == len(numbers)
-    assert (
-        re.findall(r"^\| \[(\d{4})\]", (ROOT / "docs" / "decisions" / "README.md").read_text(), re.MULTILINE) == numbers
-    )
+    held, _, replaced = INDEX.partition("\n## Replaced\n")
+    in_force = re.findall(r"^- \[(\d{4})\]", held, re.MULTILINE)
+    assert in_force == sorted(in_force)
+    assert sorted(in_force + re.findall(r"^  \[(\d{4})\]", replaced, re.MULTILINE)) == numbers
 
 
 @pytest.mark.parametrize(("file", "row"), [("ticks.arrow", TICK_ROW), ("frames.arrow", FRAME_ROW)])

@@ -52,8 +52,8 @@ def test_a_row_has_bounds_unit_default_and_meaning() -> None:
         count: int = Field(default=3, description="how many")
 
     assert key_table(Section)[2:] == [
-        "| `rate_rad_s` | number above 0 to 5, rad/s | **needed** | how fast |",
-        "| `count` | whole number | 3 | how many |",
+        "| `rate_rad_s` | above 0 to 5, rad/s | **needed** | how fast |",
+        "| `count` | whole | 3 | how many |",
     ]
 
 
