@@ -66,10 +66,18 @@ def _message(message: Message) -> str:
     arrow = "host to device" if message.direction is Direction.HOST_TO_DEVICE else "device to host"
     rate = f"{REFERENCE_RATE_HZ / message.period_ticks:g} Hz" if message.period_ticks else "on an event"
     title = f"### `{message.name}` 0x{message.can_id:03X}, {arrow}, {rate}, data id 0x{message.data_id:02X}"
-    head = f"{title}\n\n{_sentence(message.text)}\n"
-    rows = ["| field | bits | type | step | range | meaning |", "|---|---|---|---|---|---|"]
-    rows += [_row(message, field) for field in message.fields]
-    return head + "\n" + "\n".join(rows) + "\n"
+    rows = _rows(message)
+    head = f"{title}\n\n{_sentence(message.text)}"
+    other = message.name.replace("inner", "outer")
+    if other != message.name and [row.replace("outer", "inner") for row in _rows(BY_NAME[other])] == rows:
+        return f"{head} Fields as in `{other}`.\n"
+    return "\n".join(
+        [f"{head}\n", "| field | bits | type | step | range | meaning |", "|---|---|---|---|---|---|", *rows, ""]
+    )
+
+
+def _rows(message: Message) -> list[str]:
+    return [_row(message, field) for field in message.fields]
 
 
 def _row(message: Message, field: Field) -> str:
@@ -94,9 +102,9 @@ def _enumerations() -> str:
 
 def _enumeration(enumeration: type[Enum]) -> str:
     text = _sentence(" ".join((enumeration.__doc__ or "").split()))
-    rows = "".join(f"| {int(member.value)} | `{member.name}` |\n" for member in enumeration)
-    title = "\n".join(wrap(f"**{enumeration.__name__}**: {text}", 120))
-    return f"{title}\n\n| value | name |\n|---|---|\n{rows}"
+    # a value stays on the line of its name
+    members = ", ".join(f"{int(member.value)}\0`{member.name}`" for member in enumeration)
+    return "\n".join(wrap(f"**{enumeration.__name__}**: {text} {members}.", 120)).replace("\0", " ") + "\n"
 
 
 def _seal() -> str:

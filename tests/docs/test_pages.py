@@ -51,12 +51,14 @@ def test_a_decision_record_has_number_title_date_and_status_and_stands_in_the_in
     number, title = text.splitlines()[0].removeprefix("# ").split(" ", 1)
     said = re.search(r"Status: (.+?)\. Date: (20\d\d-\d\d-\d\d)\.", " ".join(text.splitlines()[1:6]))
     assert said, "the third line is 'Status: .... Date: YYYY-MM-DD.'"
-    successor = said[1].removeprefix("replaced by ") if said[1].startswith("replaced by ") else None
-    row = f"- [{number}]({record.name})\n  {title}\n" if successor is None else f"  [{number}]({record.name})"
-    part = INDEX.partition("\n## Replaced\n")[0]
-    if successor is not None:
-        part = next((one for one in INDEX.split("\n- By ") if one.startswith(f"[{successor}](")), "")
-    assert row in part, f"docs/decisions/README.md has {row!r}" + (f" below 'By [{successor}]'" if successor else "")
+    in_force, _, replaced = INDEX.partition("\n## Replaced\n")
+    if not said[1].startswith("replaced by "):
+        row = f"- [{number}]({record.name})\n  {title}\n"
+        assert row in in_force, f"docs/decisions/README.md has {row!r}"
+        return
+    successor = said[1].removeprefix("replaced by ")
+    listed = next((one for one in replaced.split("\n- By ") if one.startswith(f"{successor}:")), "")
+    assert f"  [{number}]({record.name})" in listed, f"docs/decisions/README.md has it below 'By {successor}'"
 
 
 @pytest.mark.parametrize("record", RECORDS, ids=lambda record: record.stem)
@@ -64,8 +66,8 @@ def test_a_decision_record_says_why_what_and_what_follows(record: Path) -> None:
     text = record.read_text()
     if "Status: replaced by" in text:
         # three lines, and the way to what holds
-        (successor,) = re.findall(r"^Status: replaced by (\d{4})\.", text, re.MULTILINE)
-        assert f"({successor}-" in text and len(text.splitlines()) <= 8
+        assert re.search(r"^Status: replaced by\s\[(\d{4})\]\(\1-\S+\.md\)\.", text, re.MULTILINE)
+        assert len(text.splitlines()) <= 8
         return
     context, decision, follows = (text.find(f"\n**{part}") for part in ("Context.", "Decision", "Consequences."))
     assert 0 < context < decision < follows
