@@ -57,6 +57,16 @@ def test_an_all_clear_says_from_which_size_on_errors_would_have_shown(right: dic
     assert right["would_not_show"] == []
 
 
+def test_an_error_that_the_hold_out_would_not_repeat_has_to_be_larger_to_show(right: dict[str, Any]) -> None:
+    crawling = Request(model(), (log(Rig(), "sweep", seed=3),), (log(Rig(), "crawl", seed=4),))
+    sizes = [
+        next(one["relative"] for one in said["smallest_shown"] if one["name"] == "inertia")
+        for said in (right, verdict_of(diagnose(crawling)).document)
+    ]
+    # two floors of the fitted log alone, in place of one and a half of both
+    assert 1.1 * sizes[0] < sizes[1] < 2.0 * sizes[0]
+
+
 def test_a_number_that_moved_stands_where_the_model_has_it_before_its_errors_are_sized(result: Result) -> None:
     inquiry = result.inquiry
     family = next(family for family in inquiry.families if family.effect == "coulomb")

@@ -74,6 +74,22 @@ def test_logs_that_nobody_smoothed_stay_as_they_are(tmp_path: Path, case: str) -
     assert found.to_hz is None and all(table.notes == () for table in found.tables)
 
 
+def test_seconds_at_constant_speeds_say_nothing_of_a_slow_filter(tmp_path: Path) -> None:
+    # a third of a hertz has fewer independent rows in five seconds than the regression has numbers
+    (tmp_path / "model.yaml").write_text(MODEL)
+    model, random, row_s = load_model(tmp_path / "model.yaml"), np.random.default_rng(3), 0.015
+    step, logs = model.number("joint", "encoder.step"), []
+    for speed in (0.087, -0.17, 1.05, -1.57, 0.17, -1.05):
+        time = row_s * np.arange(int(min(5.0, 3.2 / abs(speed)) / row_s))
+        position = step * np.round(speed * time / step)
+        rough = np.convolve(random.normal(0.0, 0.02, len(time) + 20), np.ones(21) / 21, "valid")
+        torque = 0.3 * np.sign(speed) + 0.05 * speed + 0.2 * np.sin(position) + 0.02 * np.sin(9.0 * position) + rough
+        columns = {"joint.torque": torque, "joint.position": position}
+        logs.append(SignalsTable.of(("joint",), time, columns, None, "log"))
+    found = unsmoothed(model, logs)
+    assert found.to_hz is None and all(table.notes == () for table in found.tables)
+
+
 def test_a_search_gets_them_so_and_scores_up_to_where_half_was_left(tmp_path: Path) -> None:
     spoil, _ = SMOOTHED["the position column seems"]
     (tmp_path / "model.yaml").write_text(MODEL)

@@ -98,8 +98,9 @@ class _Search:
 
     @property
     def base(self) -> float:
-        """Mean square that is left of the torque without any smoothing."""
-        return max(_left(fit_at(self.sharp, self.late_s)), 1e-300)
+        """Mean square that is left of the torque without any smoothing; next to nothing where the rows are so few."""
+        left = _left(fit_at(self.sharp, self.late_s), self.motion.rule.bandwidth_hz * self.sharp.step_s)
+        return max(left, 1e-300) if np.isfinite(left) else 1e-300
 
     def coarse(self, which: SmoothedColumn) -> tuple[float, SmoothedLog]:
         """The best of a few smoothings of some column, and what it leaves."""
@@ -127,7 +128,9 @@ class _Search:
 
     def left(self, one: SmoothedLog) -> float:
         """Mean square that is left of the torque."""
-        return _left(fit_at(self._problem(one), self.late_s))
+        band = self.motion.rule.bandwidth_hz
+        hz = band if one.which is SmoothedColumn.POSITION else min(band, one.smoothing.half_hz)
+        return _left(fit_at(self._problem(one), self.late_s), hz * self.sharp.step_s)
 
     def _problem(self, one: SmoothedLog) -> ShiftedProblem:
         sharp = self.sharp
@@ -158,10 +161,20 @@ def smoothed_problems(
 def _whatever_the_choice(motion: AxisMotion, one: SmoothedLog, plain: list[ShiftedFit], ripples: Ripples) -> bool:
     near = plain[0].shift_s
     return all(
-        _left(fit_shifted(problem, near_s=near)) <= _LEFT * _left(fit)
+        _mean_square(fit_shifted(problem, near_s=near)) <= _LEFT * _mean_square(fit)
         for (problem, _), fit in zip(motion.problems(ripples, one), plain, strict=False)
     )
 
 
-def _left(fit: ShiftedFit) -> float:
+def _left(fit: ShiftedFit, band: float) -> float:
+    """Mean square a degree of freedom, of which rows have two a period of what a filter lets through (`band`, its end
+    times the time between rows): a slow filter on a short log leaves fewer than there are numbers, and explains
+    nothing.
+    """
+    independent = min(1.0, 2.0 * band) * len(fit.residual)
+    freedom = independent - len(fit.solution)
+    return fit.cost / len(fit.residual) * independent / freedom if freedom > 0.0 else np.inf
+
+
+def _mean_square(fit: ShiftedFit) -> float:
     return fit.cost / max(1, len(fit.residual))

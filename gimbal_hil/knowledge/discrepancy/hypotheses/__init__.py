@@ -6,8 +6,8 @@ from gimbal_hil.knowledge.discrepancy.hypotheses.evidence import (
     families,
     noise_of_command,
     noise_of_motion,
+    shares_of,
     torque_residual,
-    unshaped,
     with_shares,
 )
 from gimbal_hil.knowledge.discrepancy.hypotheses.families import Family
@@ -62,8 +62,8 @@ __all__ = [
     "plainer_of",
     "present_in",
     "prior_weights",
+    "shares_of",
     "torque_residual",
-    "unshaped",
     "values_of",
     "weighed_cost",
     "with_shares",

@@ -59,8 +59,7 @@ def noise_of_command(twin: Twin, hypothesis: Hypothesis, floor: Floats) -> Float
     """Squares per channel, in units of the command, of what is one floor of noise at the joint: more than one where a
     gain, a lag or a limit lets little of the command through.
     """
-    shares = with_shares(twin, hypothesis, floor)[1]
-    return np.ones(len(twin.channels)) if shares is None else np.asarray(np.mean(np.concatenate(shares) ** -2, axis=0))
+    return np.asarray(np.mean(np.concatenate(shares_of(twin, hypothesis, floor)) ** -2, axis=0))
 
 
 def noise_of_motion(twin: Twin, hypothesis: Hypothesis, share: Floats | float) -> Floats:
@@ -77,8 +76,10 @@ def noise_of_motion(twin: Twin, hypothesis: Hypothesis, share: Floats | float) -
     return np.asarray(np.sqrt(1.0 + share * (more**2 - 1.0)))
 
 
-def unshaped(twin: Twin) -> Shares:
-    """Shares where nothing stands between the command and the joint: all of it comes through."""
+def shares_of(twin: Twin, hypothesis: Hypothesis, floor: Floats) -> Shares:
+    """The shares of a hypothesis; where nothing stands between the command and the joint, all of it comes through."""
+    if shapes_command(twin, hypothesis):
+        return with_shares(twin, hypothesis, floor)[1] or ()
     return tuple(np.ones((int(record.keep.sum()), len(twin.channels))) for record in twin.records)
 
 

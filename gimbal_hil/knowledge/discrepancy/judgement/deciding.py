@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import Cause
-from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Policy, State, refitted, rms, settled, squares_of
+from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Policy, State, refitted, settled, squares_of
 from gimbal_hil.knowledge.discrepancy.judgement.gap import is_a_gap
 from gimbal_hil.knowledge.discrepancy.judgement.judging import Remainder, Standing, depends_on, remainders, standings
 from gimbal_hil.knowledge.discrepancy.judgement.rivals import Rival
@@ -232,7 +232,7 @@ def _surely_beats(inquiry: Inquiry, state: State, standing: Standing, rival: Riv
 
 def _leaves_a_gap(inquiry: Inquiry, null: State) -> bool:
     """Whether the model leaves a gap."""
-    return is_a_gap(inquiry, null.left(), rms(null.held_out()), lambda: left_beside_wander(inquiry, null))
+    return is_a_gap(inquiry, null.fitted, inquiry.in_order(null), lambda: left_beside_wander(inquiry, null))
 
 
 def _only_noise(inquiry: Inquiry, null: State, left: tuple[Remainder, ...]) -> bool:

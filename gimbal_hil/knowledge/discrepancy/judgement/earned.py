@@ -10,12 +10,10 @@ Noise is not added to it, because nobody knows how much of the floor is noise.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import (
-    STEP,
     Cause,
     Family,
     Hypothesis,
@@ -25,7 +23,7 @@ from gimbal_hil.knowledge.discrepancy.hypotheses import (
     prior_weights,
 )
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State, rms, weighing_of
-from gimbal_hil.knowledge.discrepancy.judgement.smallest import without_own
+from gimbal_hil.knowledge.discrepancy.judgement.smallest import slopes_of_hold_out, without_own
 from gimbal_hil.knowledge.discrepancy.judgement.wander import beside_wander
 from gimbal_hil.knowledge.discrepancy.search import row_weights
 from gimbal_hil.knowledge.discrepancy.twin import Floats
@@ -46,7 +44,8 @@ def hidden_errors(inquiry: Inquiry, null: State, searched: frozenset[str]) -> tu
         for effect in CATALOGUE.values()
         if effect.must_show and effect.name in searched and _is_stated(model, axis, effect)
     ]
-    weighing, slopes = weighing_of(inquiry, null), _slopes_held(inquiry, null.held)
+    weighing = weighing_of(inquiry, null)
+    slopes = dict(zip(null.held.floating, slopes_of_hold_out(inquiry, null), strict=True))
     return tuple(
         label
         for label in asked
@@ -59,17 +58,6 @@ def _is_stated(model: AntennaModel, axis: str, effect: Effect) -> bool:
     """Whether the model has the effect's number; a gain is one where nothing is said."""
     first = effect.parameters[0]
     return first.unit == "1" or model.number(axis, model.number_path(axis, first.path or "")) != 0.0
-
-
-def _slopes_held(inquiry: Inquiry, hypothesis: Hypothesis) -> dict[KnownNumber, Floats]:
-    """What every known number does to the hold-out, (rows, channels)."""
-    twin, floor = inquiry.holdout, inquiry.floor
-    rows = command_residual(twin, hypothesis, floor)
-    found = {}
-    for j, known in enumerate(hypothesis.floating):
-        y = tuple(at + STEP * (i == j) for i, at in enumerate(hypothesis.y))
-        found[known] = (command_residual(twin, replace(hypothesis, y=y), floor) - rows) / STEP
-    return found
 
 
 def _shows(

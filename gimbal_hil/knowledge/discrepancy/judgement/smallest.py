@@ -1,5 +1,6 @@
-"""From which size on a cause shows: the size at which it leaves what a verdict takes for a gap, once known numbers have
-taken of it what they can within their uncertainty. The same for logs that are there as for a rehearsal.
+"""From which size on a cause shows: the size at which it leaves what a verdict takes for a gap, in the fitted logs and
+in the hold-out, once known numbers have taken of it what they can within their uncertainty. The same for logs that are
+there as for a rehearsal.
 """
 
 from __future__ import annotations
@@ -10,9 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import (
+    STEP,
     Cause,
     Family,
     Fit,
+    Hypothesis,
     KnownNumber,
     Weighing,
     bounds_of,
@@ -83,8 +86,8 @@ def traces(inquiry: Inquiry, null: State) -> list[Trace]:
     weighing = weighing_of(inquiry, null)
     whole, traced = _Judged(inquiry, null, weighing), []
     for family in inquiry.families:
-        bare, _ = without_own(inquiry, null, family)
-        tried = (_trace(inquiry, bare, whole, weighing, family, start) for start in _starts(inquiry, family))
+        bare, own = without_own(inquiry, null, family)
+        tried = (_trace(inquiry, bare, own, whole, weighing, family, start) for start in _starts(inquiry, family))
         found = [trace for trace in tried if trace is not None]
         traced += [min(found, key=lambda trace: trace.shows.size)] if found else []
     return traced
@@ -98,6 +101,17 @@ def _starts(inquiry: Inquiry, family: Family) -> tuple[Start, ...]:
         i = model.axes.index(family.axis)
         travel = max(float(np.ptp(np.concatenate([r.motion[:, i] for r in inquiry.twin.records]))), 1e-9)
     return (ripple_start(ORDER * 2.0 * math.pi / travel),)
+
+
+def slopes_of_hold_out(inquiry: Inquiry, null: State) -> Floats:
+    """What every known number of a state does to the hold-out, (numbers, rows, channels), in floors a unit."""
+    twin, floor, held = inquiry.holdout, inquiry.floor, null.held
+    rows = inquiry.in_order(null)
+    found = np.zeros((len(held.y), *rows.shape))
+    for j in range(len(held.y)):
+        y = tuple(at + STEP * (i == j) for i, at in enumerate(held.y))
+        found[j] = (command_residual(twin, replace(held, y=y), floor) - rows) / STEP
+    return found
 
 
 def without_own(inquiry: Inquiry, null: State, family: Family) -> tuple[Fit, tuple[KnownNumber, ...]]:
@@ -122,10 +136,16 @@ def without_own(inquiry: Inquiry, null: State, family: Family) -> tuple[Fit, tup
 
 
 def _trace(
-    inquiry: Inquiry, bare: Fit, whole: _Judged, weighing: Weighing, family: Family, start: Start
+    inquiry: Inquiry,
+    bare: Fit,
+    own: tuple[KnownNumber, ...],
+    whole: _Judged,
+    weighing: Weighing,
+    family: Family,
+    start: Start,
 ) -> Trace | None:
     """What a start does, and from which size on it shows; None where it does not within the catalogue's bounds."""
-    columns = responses(inquiry.twin, bare, inquiry.floor, family, start)
+    columns = responses(inquiry.twin, bare.hypothesis, bare.residual, inquiry.floor, family, start)
     if columns is None:
         return None
     basis, _ = basis_of(bare, weighing)
@@ -136,7 +156,13 @@ def _trace(
     )
     channel, lead = np.unravel_index(int(np.argmax(reach)), reach.shape)
     as_tried = start.probes[lead] == start.base
-    times = whole.shows_from(columns[:, lead], 1.0 if as_tried else _FARTHEST)
+    there = replace(start, probes=(start.probes[lead],))
+    in_hold_out = responses(inquiry.holdout, *whole.held_beside(own), inquiry.floor, family, there)
+    if in_hold_out is None:
+        return None
+    # a number of the model may be too small as well as too large
+    ways = (1.0, -1.0) if CATALOGUE[family.effect].is_number and not as_tried else (1.0,)
+    times = whole.shows_from(columns[:, lead], in_hold_out[:, 0], 1.0 if as_tried else _FARTHEST, ways)
     if times is None:
         return None
     times = 1.0 if as_tried else times
@@ -146,43 +172,61 @@ def _trace(
 
 
 class _Judged:
-    """The verdict's own question, asked of an effect that is only imagined: do known numbers, each no further than what
-    is said of it lets it go, leave a gap of it beside the noise that is there?
+    """The verdict's own question, asked of an effect that is only imagined beside a model that is right: do known
+    numbers, each no further than what is said of it lets it go, leave a gap of it beside the noise that is there?
     """
 
     def __init__(self, inquiry: Inquiry, null: State, weighing: Weighing) -> None:
         self.inquiry, self.null, fit = inquiry, null, null.fit
-        self.wander = wander_of(inquiry.twin, null.hypothesis, inquiry.floor)
+        self.wander = tuple(wander_of(twin, null.hypothesis, inquiry.floor) for twin in (inquiry.twin, inquiry.holdout))
+        self.slopes = slopes_of_hold_out(inquiry, null)
         self.weights = row_weights(fit, weighing) ** 2
-        x, prior = fit.hypothesis.vector(), prior_weights(fit.hypothesis) ** 2
-        low, high = bounds_of(fit.hypothesis, 1.0)
-        # from where they stand; those at their bound go one way only
-        self.low, self.high = np.minimum(low - x, 0.0), np.maximum(high - x, 0.0)
-        normal = fit.jacobian.T @ (fit.jacobian * self.weights[:, None]) + np.diag(prior)
+        # from what the model says: where they stand now they may have made up for an error already
+        self.low, self.high = bounds_of(fit.hypothesis, 1.0)
+        prior = np.diag(prior_weights(fit.hypothesis) ** 2)
+        normal = fit.jacobian.T @ (fit.jacobian * self.weights[:, None]) + prior
         self.normal = normal + np.diag(_ROUNDING * np.diag(normal))
-        # beside what is missing already another effect shows as it would beside noise
-        size = rms(fit.residual)
-        is_noise = not is_a_gap(inquiry, size, size, lambda: self.wander.left(fit.residual))
-        self.noise = (fit.residual / (1.0 if is_noise else np.maximum(size, 1.0))).ravel()
-        self.pull = fit.jacobian.T @ (self.weights * self.noise) + prior * x
+        # what is more than a floor is no noise, and helps no other effect over the limit
+        both = (fit.residual, inquiry.in_order(null))
+        self.noise, self.noise_held = (rows / np.maximum(rms(rows), 1.0) for rows in both)
+        self.pull = fit.jacobian.T @ (self.weights * self.noise.ravel())
 
-    def shows_from(self, response: Floats, most: float) -> float | None:
-        """From how many times a response, (rows * channels,) in floors, on it makes a gap; None where not at `most`."""
+    def held_beside(self, own: tuple[KnownNumber, ...]) -> tuple[Hypothesis, Floats]:
+        """The hypothesis on the hold-out in which some numbers do not float, and what it leaves there."""
+        held = self.null.held
+        if not own:
+            return held, self.inquiry.in_order(self.null)
+        others = [(known, at) for known, at in zip(held.floating, held.y, strict=True) if known not in own]
+        shorter = replace(held, floating=tuple(known for known, _ in others), y=tuple(at for _, at in others))
+        return shorter, command_residual(self.inquiry.holdout, shorter, self.inquiry.floor)
+
+    def shows_from(self, response: Floats, in_hold_out: Floats, most: float, ways: tuple[float, ...]) -> float | None:
+        """From how many times a response, (rows * channels,) in floors, on it makes a gap in each of these ways; None
+        where not at `most`.
+        """
         per_time = self.null.fit.jacobian.T @ (self.weights * response)
-        if not self._shows(response, per_time, most):
+
+        def in_one(times: float) -> bool:
+            taken = self._taken(self.pull + times * per_time)
+            moved = (times * response + self.null.fit.jacobian @ taken).reshape(self.noise.shape)
+            known = np.tensordot(taken[len(taken) - len(self.slopes) :], self.slopes, 1)
+            moved_held = times * in_hold_out.reshape(self.noise_held.shape) + known
+            rows, held = self.noise + moved, self.noise_held + moved_held
+            return is_a_gap(self.inquiry, rows, held, lambda: self._beside_wander(rows, held))
+
+        def shows(times: float) -> bool:
+            return all(in_one(way * times) for way in ways)
+
+        if not shows(most):
             return None
         low, high = math.log(most / _SPAN), math.log(most)
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
-            low, high = (low, middle) if self._shows(response, per_time, math.exp(middle)) else (middle, high)
+            low, high = (low, middle) if shows(math.exp(middle)) else (middle, high)
         return math.exp(high)
 
-    def _shows(self, response: Floats, per_time: Floats, times: float) -> bool:
-        fit = self.null.fit
-        rows = self.noise + times * response
-        left = (rows + fit.jacobian @ self._taken(self.pull + times * per_time)).reshape(fit.residual.shape)
-        size = rms(left)
-        return is_a_gap(self.inquiry, size, size, lambda: self.wander.left(left))
+    def _beside_wander(self, rows: Floats, held: Floats) -> Floats:
+        return np.max([one.left(part) for one, part in zip(self.wander, (rows, held), strict=True)], axis=0)
 
     def _taken(self, pull: Floats) -> Floats:
         """How far numbers go against a pull, (numbers,), each within its room: those that would leave it are held at

@@ -16,11 +16,12 @@ from gimbal_hil.knowledge.discrepancy.hypotheses import (
     Cause,
     Family,
     Fit,
+    Hypothesis,
     Weighing,
     bounds_of,
     placed,
     prior_weights,
-    unshaped,
+    shares_of,
     with_shares,
     zero_is_a_convention,
 )
@@ -93,7 +94,7 @@ def respond(twin: Twin, fit: Fit, floor: Floats, family: Family) -> list[Respons
     """Responses of one family at each of its starts; ripples at the orders that the residual suggests."""
     found = []
     for start in family.starts or ripple_starts(twin, fit, family):
-        columns = responses(twin, fit, floor, family, start)
+        columns = responses(twin, fit.hypothesis, fit.residual, floor, family, start)
         if columns is not None:
             free = family.ripple and zero_is_a_convention(twin.model, twin.model.axes.index(family.axis))
             found.append(Response(family, start, _log_by_log(columns, twin) if free else columns))
@@ -137,14 +138,18 @@ def beside(columns: Floats, basis: Floats) -> Floats:
     return np.asarray(longer - basis @ (basis.T @ longer))
 
 
-def responses(twin: Twin, fit: Fit, floor: Floats, family: Family, start: Start) -> Floats | None:
-    """Change of the residual (in floors) per probe, (rows * channels, probes); None where a probe breaks the twin."""
+def responses(
+    twin: Twin, hypothesis: Hypothesis, residual: Floats, floor: Floats, family: Family, start: Start
+) -> Floats | None:
+    """Change of what a hypothesis leaves (in floors) per probe, (rows * channels, probes); None where a probe breaks
+    the twin.
+    """
     columns = []
-    # in units of what comes through the fit's own actuator: beside a limit that is tried too high every command above
-    # it would count twenty times, so that no limit but the true one would seem to help
-    shares = with_shares(twin, fit.hypothesis, floor)[1] or unshaped(twin)
+    # in units of what comes through the hypothesis' own actuator: beside a limit that is tried too high every command
+    # above it would count twenty times, so that no limit but the true one would seem to help
+    shares = shares_of(twin, hypothesis, floor)
     for probe in start.probes:
-        changed = with_shares(twin, fit.hypothesis.plus(Cause(family, probe)), floor, shares)[0] - fit.residual
+        changed = with_shares(twin, hypothesis.plus(Cause(family, probe)), floor, shares)[0] - residual
         if not np.all(np.isfinite(changed)):
             return None
         columns.append(changed.ravel())

@@ -244,7 +244,8 @@ def control_share(inquiry: Inquiry, before: State, cause: Cause) -> float:
     """Share that the negative control of a cause takes of the fitted rows beside a state: its own response,
     scrambled.
     """
-    columns = responses(inquiry.twin, before.fit, inquiry.floor, cause.family, Start((cause.x,), cause.x))
+    start = Start((cause.x,), cause.x)
+    columns = responses(inquiry.twin, before.hypothesis, before.fitted, inquiry.floor, cause.family, start)
     if columns is None:
         return 0.0
     weighing = weighing_of(inquiry, before)
