@@ -9,6 +9,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from gimbal_hil.data.signals import LogReading
 from gimbal_hil.surface.cli.commands import COMMANDS, function_of
 from gimbal_hil.surface.cli.log_options import LogOptions
 from gimbal_hil.surface.cli.option_groups import with_groups
@@ -65,6 +66,5 @@ def test_no_command_takes_a_group_as_an_option(name: str) -> None:
 
 def test_logs_are_read_as_the_options_say() -> None:
     reading = LogOptions(column=["joint.position=theta:deg"], rate=200.0, repair=True).reading()
-    columns = reading["columns"]
-    assert columns.states_time_of("joint") is False
-    assert reading == {"columns": columns, "resample": False, "rate_hz": 200.0, "drop_invalid": False}
+    assert reading.columns.states_time_of("joint") is False
+    assert reading == LogReading(reading.columns, resample=False, rate_hz=200.0, drop_invalid=False, repair=True)

@@ -11,6 +11,7 @@ from scipy.signal import butter, filtfilt
 
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.identification import Unsmoothed, unsmoothed
+from gimbal_hil.surface.library import SearchScope
 from gimbal_hil.surface.library.finding import question_of
 from sim_backend.model import load_model
 from tests.cases.joint import BENCH, MODEL, Floats, JointLog, swinging
@@ -101,5 +102,5 @@ def test_a_search_gets_them_so_and_scores_up_to_where_half_was_left(tmp_path: Pa
     question = question_of(model, paths[:1], paths[1:])
     assert question.request.band_hz == pytest.approx(5.0, rel=0.15)
     assert any("seems to be smoothed" in note for note in question.notes)
-    stated = question_of(model, paths[:1], paths[1:], band_hz=8.0)
+    stated = question_of(model, paths[:1], paths[1:], scope=SearchScope(band_hz=8.0))
     assert stated.request.band_hz == 8.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.signals import on_grid, read_signals, read_together
+from gimbal_hil.data.signals import LogReading, on_grid, read_signals, read_together
 from sim_backend.model import AntennaModel, model_from_document
 from tests.rigs.rig import write_log
 
@@ -61,17 +61,21 @@ def test_logs_of_different_rates_are_refused_by_name_and_joined_on_request(tmp_p
     paths = [log(tmp_path / "fast.csv", times(0.002)), log(tmp_path / "slow.csv", times(0.005))]
     with pytest.raises(BadInputError, match=r"slow\.csv: time_s.*0\.005 s.*0\.002 s.*--rate HZ"):
         read_together(paths, arm())
-    assert [table.period_s for table in read_together(paths, arm(), resample=True)] == pytest.approx([0.005, 0.005])
-    assert [table.period_s for table in read_together(paths, arm(), rate_hz=125.0)] == pytest.approx([0.008, 0.008])
+    assert [table.period_s for table in read_together(paths, arm(), LogReading(resample=True))] == pytest.approx(
+        [0.005, 0.005]
+    )
+    assert [table.period_s for table in read_together(paths, arm(), LogReading(rate_hz=125.0))] == pytest.approx(
+        [0.008, 0.008]
+    )
     with pytest.raises(BadInputError, match="--rate 0"):
-        read_together(paths, arm(), rate_hz=0.0)
+        read_together(paths, arm(), LogReading(rate_hz=0.0))
     with pytest.raises(BadInputError, match=r"--rate 125000: is 250 times finer than .*fast\.csv.*time_s=COLUMN:ms"):
-        read_together(paths, arm(), rate_hz=125000.0)
+        read_together(paths, arm(), LogReading(rate_hz=125000.0))
 
 
 def test_uneven_logs_of_slightly_different_periods_come_out_at_one_rate(tmp_path: Path) -> None:
     paths = [log(tmp_path / f"{k}.csv", times(0.002 * (1.0 + 0.02 * k), jitter=0.3)) for k in range(3)]
-    found = read_together(paths, arm(), resample=True)
+    found = read_together(paths, arm(), LogReading(resample=True))
     assert np.ptp([table.period_s for table in found]) < 1e-9
     for table in found:
         assert np.max(np.abs(table.position("arm") - np.sin(2.0 * table.time_s))) < 2e-6

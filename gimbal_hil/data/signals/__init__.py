@@ -2,7 +2,7 @@
 
 from gimbal_hil.data.signals.column_map import ColumnMap
 from gimbal_hil.data.signals.guessing import contents_of_table, guessed_words, is_read_by
-from gimbal_hil.data.signals.reading import read_signals, read_together, signals_of_run
+from gimbal_hil.data.signals.reading import LogReading, read_signals, read_together, signals_of_run
 from gimbal_hil.data.signals.resampling import on_grid
 from gimbal_hil.data.signals.rigid_body import RigidBody, RigidMotion, base_rows, body_rates
 from gimbal_hil.data.signals.table import SignalsTable, column_names
@@ -11,6 +11,7 @@ from gimbal_hil.data.signals.units import unit_of, units_of
 
 __all__ = [
     "ColumnMap",
+    "LogReading",
     "RigidBody",
     "RigidMotion",
     "SignalsTable",

@@ -5,7 +5,7 @@ must be.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -27,21 +27,31 @@ _SAME_PERIOD = 0.01
 _AS_CALLED = ColumnMap({})
 
 
+@dataclass(frozen=True)
+class LogReading:
+    """How logs are read: what their columns are, the grid that rows are put on (`Repair`), whether invalid rows may be
+    dropped, and whether rows that no joint can make may be made up (`data.preflight.questioned`).
+    """
+
+    columns: ColumnMap = _AS_CALLED
+    resample: bool = False
+    rate_hz: float | None = None
+    drop_invalid: bool = False
+    repair: bool = False
+
+
+_AS_IT_IS = LogReading()
+
+
 def read_together(
-    paths: Sequence[Path],
-    model: AntennaModel,
-    *,
-    resample: bool = False,
-    drop_invalid: bool = False,
-    rate_hz: float | None = None,
-    columns: ColumnMap = _AS_CALLED,
+    paths: Sequence[Path], model: AntennaModel, reading: LogReading = _AS_IT_IS
 ) -> tuple[SignalsTable, ...]:
     """The logs of one question about a model, all at one rate; of a run folder, the rows under control.
 
     Logs of different rates are refused unless a grid is asked for; then all get `rate_hz`, or the rate of the slowest
     log, at which no log has rows that were not measured. Raises BadInputError as `read_signals` does.
     """
-    repair = Repair(resample, drop_invalid, rate_hz)
+    repair, columns = Repair(reading.resample, reading.drop_invalid, reading.rate_hz), reading.columns
     tables = [_under_control(path, model, repair, columns) for path in paths]
     slowest = max((table.period_s for table in tables), default=0.0)
     apart = [table for table in tables if abs(table.period_s - slowest) > _SAME_PERIOD * slowest]

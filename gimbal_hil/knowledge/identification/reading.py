@@ -8,25 +8,18 @@ from functools import partial
 from pathlib import Path
 
 from gimbal_hil.data.runs import is_run_folder, open_run
-from gimbal_hil.data.signals import ColumnMap, SignalsTable, on_grid, read_signals, signals_of_run
+from gimbal_hil.data.signals import LogReading, SignalsTable, on_grid, read_signals, signals_of_run
 from gimbal_hil.knowledge.identification.evidence import Log
 from gimbal_hil.knowledge.identification.segments import Stretch, TorqueSource, stretches_of_run, stretches_of_table
 from sim_backend.model import AntennaModel
 
 #: where an experiment with a thinned log keeps the signals of its steps
 STEPS_FOLDER = "steps"
-_AS_CALLED = ColumnMap({})
+_AS_IT_IS = LogReading()
 
 
 def read_logs(
-    path: Path,
-    model: Sequence[str] | AntennaModel,
-    *,
-    torque_driven: bool = False,
-    resample: bool = False,
-    drop_invalid: bool = False,
-    rate_hz: float | None = None,
-    columns: ColumnMap = _AS_CALLED,
+    path: Path, model: Sequence[str] | AntennaModel, reading: LogReading = _AS_IT_IS, *, torque_driven: bool = False
 ) -> tuple[Log, ...]:
     """All logs of a path: the tables of its steps where an experiment with a thinned log left them, else the one of
     `read_log`.
@@ -34,7 +27,7 @@ def read_logs(
     # older runs have theirs as Parquet
     tables = [table for ending in ("npz", "parquet") for table in sorted((path / STEPS_FOLDER).glob(f"*.{ending}"))]
     steps = tables if is_run_folder(path) else []
-    one = partial(read_log, model=model, resample=resample, drop_invalid=drop_invalid, rate_hz=rate_hz, columns=columns)
+    one = partial(read_log, model=model, reading=reading)
     if not steps:
         return (one(path, torque_driven=torque_driven),)
     # a step without a reference was driven by torque: the table's own run says so
@@ -43,14 +36,7 @@ def read_logs(
 
 
 def read_log(
-    path: Path,
-    model: Sequence[str] | AntennaModel,
-    *,
-    torque_driven: bool = False,
-    resample: bool = False,
-    drop_invalid: bool = False,
-    rate_hz: float | None = None,
-    columns: ColumnMap = _AS_CALLED,
+    path: Path, model: Sequence[str] | AntennaModel, reading: LogReading = _AS_IT_IS, *, torque_driven: bool = False
 ) -> Log:
     """One log; `torque_driven` says that a bare table without references was recorded under torque commanded directly,
     no loop.
@@ -59,14 +45,17 @@ def read_log(
     `read_signals` does.
     """
     axes = model.axes if isinstance(model, AntennaModel) else model
+    resample, rate_hz, drop_invalid = reading.resample, reading.rate_hz, reading.drop_invalid
     if is_run_folder(path):
         run = open_run(path)
         table = signals_of_run(run, axes, resample=resample or rate_hz is not None, drop_invalid=drop_invalid)
         stretches = {axis: stretches_of_run(run, table, axis) for axis in axes}
         return _on_grid(Log(path.name, table, stretches), rate_hz)
-    table = read_signals(path, model, resample=resample, drop_invalid=drop_invalid, rate_hz=rate_hz, columns=columns)
+    table = read_signals(
+        path, model, resample=resample, drop_invalid=drop_invalid, rate_hz=rate_hz, columns=reading.columns
+    )
     stated = frozenset(
-        axis for axis in axes if columns.states_time_of(axis) or f"{axis}.torque_sampled" in table.columns
+        axis for axis in axes if reading.columns.states_time_of(axis) or f"{axis}.torque_sampled" in table.columns
     )
     return Log(path.name, table, {axis: _stretches(table, axis, torque_driven) for axis in axes}, stated)
 

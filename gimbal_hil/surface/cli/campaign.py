@@ -41,14 +41,26 @@ class CampaignOptions:
     seed: Annotated[int, typer.Option(help="Of what is drawn, noise included.", min=0)] = 0
 
 
+@dataclass(frozen=True)
+class CampaignEffort:
+    """Where the antennas are simulated."""
+
+    workers: Annotated[int, typer.Option(help="Processes.", min=1)] = 1
+    dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="On a Dask cluster instead.")] = None
+
+    @property
+    def ahead(self) -> int:
+        """Pieces of work under way at once."""
+        return _AHEAD_ON_A_CLUSTER if self.dask else 2 * self.workers
+
+
 def command(
     name: Annotated[str, typer.Argument(help="A plan file or a sequence, as of gimbal-hil experiment.")],
     out: Annotated[Path, typer.Option(help="Folder for antennas.csv, campaign.json and report.html.")],
     *,
     antennas: Annotated[int, typer.Option(help="How many, besides the model's own (antenna 0).", min=1)] = 100,
     asked: CampaignOptions,
-    workers: Annotated[int, typer.Option(help="Processes.", min=1)] = 1,
-    dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="On a Dask cluster instead.")] = None,
+    effort: CampaignEffort,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on in --out; --antennas may be more than before.")
     ] = False,
@@ -66,16 +78,15 @@ def command(
     from gimbal_hil.surface.cli.progress import ProgressBar
 
     campaign = _campaign(name, asked)
-    ahead = _AHEAD_ON_A_CLUSTER if dask else 2 * workers
     try:
-        with open_executor(workers, dask) as executor, ProgressBar(not as_json) as bar:
+        with open_executor(effort.workers, effort.dask) as executor, ProgressBar(not as_json) as bar:
             bar.begin("campaign", antennas + 1, 0.0)
             done = run_campaign(
                 campaign,
                 antennas,
                 out,
                 executor,
-                ahead=ahead,
+                ahead=effort.ahead,
                 resume=resume,
                 force=force,
                 tell=lambda count, now: bar.at(f"antenna {count}", now),

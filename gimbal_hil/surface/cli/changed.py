@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,25 +13,31 @@ from gimbal_hil.surface.cli.log_options import LogOptions, SearchOptions
 from gimbal_hil.surface.cli.option_types import AskedModel
 
 if TYPE_CHECKING:
-    from gimbal_hil.surface.library import Changes
+    from gimbal_hil.data.signals import LogReading
+    from gimbal_hil.surface.library import Changes, SearchScope
 
 #: options that take several values after one another
 MANY_VALUED = ("--before", "--after", "--column")
 ANSWER_FILE, MODEL_FILE, REPORT_FILE = "changed.json", "model_before.yaml", "report.html"
 
 
-def command(
-    *,
+@dataclass(frozen=True)
+class ComparedLogs:
+    """What is compared, and where the answer goes."""
+
     before: Annotated[
         list[Path], typer.Option(metavar="LOG", help="Logs of the machine as it was: runs or tables; may be repeated.")
-    ],
+    ]
     after: Annotated[
         list[Path], typer.Option(metavar="LOG", help="Logs of the other unit, day or setting; may be repeated.")
-    ],
-    out: Annotated[
-        Path, typer.Option(metavar="DIR", help=f"Folder for {ANSWER_FILE}, {MODEL_FILE} and {REPORT_FILE}.")
-    ],
-    model: AskedModel = None,
+    ]
+    out: Annotated[Path, typer.Option(metavar="DIR", help=f"Folder for {ANSWER_FILE}, {MODEL_FILE} and {REPORT_FILE}.")]
+    model: AskedModel = None
+
+
+def command(
+    *,
+    asked: ComparedLogs,
     reading: LogOptions,
     search: SearchOptions,
     fail_on: Annotated[
@@ -46,28 +53,25 @@ def command(
     the logs before: only one that they speak against is a change (docs/reference/changed.md).
     """
     fails = _verdicts(fail_on)
-    require_new(out, force, ANSWER_FILE, MODEL_FILE, REPORT_FILE)
-    asked = {**search.scope(), **reading.reading(), "repair": reading.repair}
-    found = _compared(model, before, after, out, as_json, workers=workers, **asked)
-    return _told(found, out, fails, as_json)
+    require_new(asked.out, force, ANSWER_FILE, MODEL_FILE, REPORT_FILE)
+    found = _compared(asked, reading.reading(), search.scope(), workers, as_json)
+    return _told(found, asked.out, fails, as_json)
 
 
-def _compared(
-    model: str | None, before: list[Path], after: list[Path], out: Path, quiet: bool, **asked: Any
-) -> Changes:
+def _compared(asked: ComparedLogs, reading: LogReading, scope: SearchScope, workers: int, quiet: bool) -> Changes:
     """The answer, with its files in the folder."""
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.surface.cli.discrepancy import searching
     from gimbal_hil.surface.library import changes_between
     from sim_backend.model import model_named, shipped_model
 
-    for log in (*before, *after):
+    for log in (*asked.before, *asked.after):
         if not log.exists():
             raise BadInputError(str(log), "no such file or folder", "a run folder, or a table (CSV, Parquet, npz)")
-    given = model_named(model) if model else shipped_model()
+    given = model_named(asked.model) if asked.model else shipped_model()
     with searching(quiet) as tell:
-        found = changes_between(given, before, after, progress=tell, **asked)
-        _write(out, found)
+        found = changes_between(given, asked.before, asked.after, reading, scope, workers=workers, progress=tell)
+        _write(asked.out, found)
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,29 +16,44 @@ if TYPE_CHECKING:
 ANSWER_FILE, REPORT_FILE = "conformance.json", "report.html"
 
 
-def command(
+@dataclass(frozen=True)
+class CheckedAntenna:
+    """Which antenna is asked."""
+
     link: Annotated[
         str | None,
         typer.Option(
             help="virtual, c, cortex-m or qemu (the C device), unix:PATH, serial:PORT, socketcan:CHANNEL, ..."
         ),
-    ] = None,
+    ] = None
     config: Annotated[
         Path | None, typer.Option(help="Configuration file; its rate and, without --link, its link are used.")
-    ] = None,
+    ] = None
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="The antenna on the link waits for each tick, as plant --lockstep does.")
-    ] = False,
+    ] = False
+
+
+@dataclass(frozen=True)
+class CheckOptions:
+    """What it is asked, and how strongly."""
+
     only: Annotated[
         list[str] | None, typer.Option(metavar="ID", help="Only this requirement, or group by its letter.")
-    ] = None,
+    ] = None
     without_motion: Annotated[
         bool, typer.Option("--without-motion", help="Leave out what applies torque to an axis.")
-    ] = False,
+    ] = False
     torque_share: Annotated[
         float,
         typer.Option(help="Torque of the checks that move, as a share of what the wire carries.", min=0.001, max=1.0),
-    ] = 0.2,
+    ] = 0.2
+
+
+def command(
+    *,
+    antenna: CheckedAntenna,
+    checks: CheckOptions,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Where the evidence goes; else below ./runs.")] = None,
     junit: Annotated[Path | None, typer.Option(metavar="FILE", help="The verdicts as JUnit XML too (CI).")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as one JSON object.")] = False,
@@ -63,31 +79,31 @@ def command(
     from gimbal_hil.surface.cli.following import after_conformance, print_next
     from gimbal_hil.surface.starting import settings_on_link
 
-    wanted = _wanted(only or [], torque_share)
-    settings = settings_on_link(config, link)
+    wanted = _wanted(checks.only or [], checks.torque_share)
+    settings = settings_on_link(antenna.config, antenna.link)
     folder = out or Path("runs") / f"conformance-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
     require_new(folder, force, ANSWER_FILE)
-    antenna = open_antenna(settings, lockstep=lockstep)
+    opened = open_antenna(settings, lockstep=antenna.lockstep)
     try:
         configuration = settings.model_dump(mode="json", by_alias=True)
-        bench = Bench(antenna, configuration, folder, force)
-        findings = check_all(bench, wanted, may_move=not without_motion, told=_say_nothing if as_json else _say)
+        bench = Bench(opened, configuration, folder, force)
+        findings = check_all(bench, wanted, may_move=not checks.without_motion, told=_say_nothing if as_json else _say)
     finally:
-        antenna.close()
+        opened.close()
     failed = [finding for finding in findings if finding.verdict is RequirementVerdict.FAILED]
-    answer = {"antenna": antenna.name, "rate_hz": antenna.rate_hz, "conforms": not failed}
+    answer = {"antenna": opened.name, "rate_hz": opened.rate_hz, "conforms": not failed}
     document = {**answer, "findings": [finding.as_dict() for finding in findings]}
     folder.mkdir(parents=True, exist_ok=True)
     (folder / ANSWER_FILE).write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
-    write_report(findings, f"{antenna.name} at {antenna.rate_hz:g} Hz", folder / REPORT_FILE)
+    write_report(findings, f"{opened.name} at {opened.rate_hz:g} Hz", folder / REPORT_FILE)
     if junit is not None:
         cases = [Case(f"{f.requirement.id} {f.requirement.title}", f.text, f in failed) for f in findings]
         write_junit(junit, "gimbal-hil conformance", cases)
     if as_json:
         print(json.dumps(document))
     else:
-        print(f"{antenna.name}: {in_one_line(findings)}\n  report  {folder / REPORT_FILE}")
-        print_next(after_conformance(config, failed[0].evidence if failed else None))
+        print(f"{opened.name}: {in_one_line(findings)}\n  report  {folder / REPORT_FILE}")
+        print_next(after_conformance(antenna.config, failed[0].evidence if failed else None))
     return EXIT_NO if failed else EXIT_DONE
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -27,36 +28,62 @@ MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE = (
 )
 
 
-def command(
-    *,
+@dataclass(frozen=True)
+class AskedLogs:
+    """Which logs are held against which model, and where the answer goes."""
+
     measured: Annotated[
         list[Path],
         typer.Option(
             metavar="LOG",
             help="To search in: a run of `experiment survey`, or your own CSV or Parquet; may be repeated.",
         ),
-    ],
+    ]
     out: Annotated[
         Path, typer.Option(metavar="DIR", help=f"Folder for {VERDICT_FILE}, {MODEL_FILE} and {REPORT_FILE}.")
-    ],
+    ]
     holdout: Annotated[
         list[Path] | None,
         typer.Option(
             metavar="LOG", help="To judge on, another trajectory: a run of `experiment survey_holdout`, or a file."
         ),
-    ] = None,
-    model: AskedModel = None,
-    reading: LogOptions,
-    search: SearchOptions,
+    ] = None
+    model: AskedModel = None
+
+    @property
+    def logs(self) -> list[Path]:
+        """Those to search in, then those to judge on."""
+        return [*self.measured, *(self.holdout or ())]
+
+
+@dataclass(frozen=True)
+class AnswerOptions:
+    """What is written beside the verdict, and which verdicts fail."""
+
     fail_on: Annotated[
         str, typer.Option(metavar="VERDICTS", help="Verdicts that exit 1, such as unexplained,ambiguous (CI).")
-    ] = "",
-    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="The verdict as JUnit XML too (CI).")] = None,
-    write_effect: Annotated[bool, typer.Option("--write-effect", help=WRITE_EFFECT_HELP)] = False,
-    workers: Annotated[int, typer.Option(help="Processes that score candidates.", min=1)] = 2,
-    dask: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Score candidates on a Dask cluster instead.")
-    ] = None,
+    ] = ""
+    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="The verdict as JUnit XML too (CI).")] = None
+    write_effect: Annotated[bool, typer.Option("--write-effect", help=WRITE_EFFECT_HELP)] = False
+
+
+@dataclass(frozen=True)
+class SearchEffort:
+    """Where candidates are scored."""
+
+    workers: Annotated[int, typer.Option(help="Processes that score candidates.", min=1)] = 2
+    dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Score candidates on a Dask cluster instead.")] = (
+        None
+    )
+
+
+def command(
+    *,
+    asked: AskedLogs,
+    reading: LogOptions,
+    search: SearchOptions,
+    answer: AnswerOptions,
+    effort: SearchEffort,
     as_json: Annotated[bool, typer.Option("--json", help="Print the verdict as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
 ) -> int:
@@ -69,34 +96,32 @@ def command(
     from gimbal_hil.surface.library import question_of
     from sim_backend.model import model_named, shipped_model
 
-    fails = _verdicts(fail_on)
-    _refuse(out, force, model, search)
-    given = model_named(model) if model else shipped_model()
-    _all_there((*measured, *(holdout or ())))
+    fails = _verdicts(answer.fail_on)
+    _refuse(asked, force, search)
+    given = model_named(asked.model) if asked.model else shipped_model()
+    _all_there(asked.logs)
     with searching(as_json) as tell:
-        with _refusal_kept(out, junit, as_json):
-            question = question_of(
-                given, measured, holdout or (), repair=reading.repair, **search.scope(), **reading.reading()
-            )
-            finding = question.asked(workers=workers, dask=dask, progress=tell)
+        with _refusal_kept(asked.out, answer.junit, as_json):
+            question = question_of(given, asked.measured, asked.holdout or (), reading.reading(), search.scope())
+            finding = question.asked(workers=effort.workers, dask=effort.dask, progress=tell)
         tell("writing the report")
-        _write(out, finding)
-        if write_effect:
-            _write_effects(out, finding)
-    return _told(finding, model, out, [*measured, *(holdout or ())], fails, junit, as_json)
+        _write(asked.out, finding)
+        if answer.write_effect:
+            _write_effects(asked.out, finding)
+    return _told(finding, asked, fails, answer.junit, as_json)
 
 
 #: verdicts that `--fail-on` also takes for others
 _ALSO = {"described": ("unexplained",)}
 
 
-def _refuse(out: Path, force: bool, model: str | None, search: SearchOptions) -> None:
+def _refuse(asked: AskedLogs, force: bool, search: SearchOptions) -> None:
     """What would be overwritten, names that are no effects, and none to search, before anything is read."""
     from gimbal_hil.knowledge.discrepancy import effect_names
     from sim_backend.effects import effect_named
 
-    _spared(out, model)
-    require_new(out, force, MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE)
+    _spared(asked.out, asked.model)
+    require_new(asked.out, force, MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE)
     for option, names in (("--only", search.only), ("--without", search.without)):
         for effect in names or ():
             effect_named(effect, option)
@@ -149,15 +174,7 @@ def _write_effects(out: Path, finding: Finding) -> None:
             (out / f"{name}.py").write_text(source, encoding="utf-8")
 
 
-def _told(
-    finding: Finding,
-    model: str | None,
-    out: Path,
-    logs: list[Path],
-    fails: frozenset[str],
-    junit: Path | None,
-    as_json: bool,
-) -> int:
+def _told(finding: Finding, asked: AskedLogs, fails: frozenset[str], junit: Path | None, as_json: bool) -> int:
     """The answer on the terminal, and as JUnit where asked; the exit code."""
     import json
 
@@ -165,9 +182,9 @@ def _told(
     from gimbal_hil.surface.cli.following import after_discrepancy, print_next
 
     verdict = finding.verdict.document
-    print(json.dumps(verdict, allow_nan=False) if as_json else verdict_summary(verdict, out))
+    print(json.dumps(verdict, allow_nan=False) if as_json else verdict_summary(verdict, asked.out))
     if not as_json:
-        print_next(after_discrepancy(verdict, model, len(finding.result.model.axes), out, logs))
+        print_next(after_discrepancy(verdict, asked.model, len(finding.result.model.axes), asked.out, asked.logs))
     # where no name fits is unexplained to whoever asked before laws were told
     failed = bool({finding.kind.value, *_ALSO.get(finding.kind.value, ())} & fails)
     if junit is not None:

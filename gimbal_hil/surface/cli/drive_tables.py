@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,24 +18,31 @@ if TYPE_CHECKING:
 _EACH = "AXIS=NUMBER"
 
 
-def command(
-    model: Annotated[Path, typer.Argument(help="Model file, e.g. the model.yaml of `discrepancy`.")],
-    config: Annotated[Path, typer.Option(help="Configuration whose link names the drives (moteus, odrive, cia402).")],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the tables.")],
+@dataclass(frozen=True)
+class MotorOptions:
+    """What a drive's motor and its commutation encoder are, by axis."""
+
     torque_constant: Annotated[
         list[str] | None, typer.Option(metavar=_EACH, help="moteus: N m at the rotor for one A of q current.")
-    ] = None,
+    ] = None
     rotor_turns: Annotated[
         list[str] | None,
         typer.Option(
             metavar=_EACH,
             help="Turns of the commutation encoder for one of the drive's shaft; negative: backwards. 1 without it.",
         ),
-    ] = None,
+    ] = None
     rotor_zero: Annotated[
         list[str] | None,
         typer.Option(metavar=_EACH, help="What that encoder reads (turns) where the drive's position is zero."),
-    ] = None,
+    ] = None
+
+
+def command(
+    model: Annotated[Path, typer.Argument(help="Model file, e.g. the model.yaml of `discrepancy`.")],
+    config: Annotated[Path, typer.Option(help="Configuration whose link names the drives (moteus, odrive, cia402).")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the tables.")],
+    motors: MotorOptions,
     rehearse: Annotated[
         bool, typer.Option("--rehearse", help="Try them on simulated drives: ripple and reversal with and without.")
     ] = False,
@@ -56,8 +64,7 @@ def command(
     if not isinstance(link, AdapterLinkConfig):
         raise BadInputError(f"{config}: link.kind", "is no adapter", "adapter: drives of another make")
     about = load_model(model)
-    motors = _motors(about.axes, torque_constant, rotor_turns, rotor_zero)
-    tables = drive_tables(about, link, motors)
+    tables = drive_tables(about, link, _motors(about.axes, motors))
     files = {name: text for one in tables for name, text in one.files.items()}
     for name in (*files, "drive_tables.json"):
         require_new(out, force, name, instead="another --out")
@@ -83,16 +90,13 @@ def command(
     return EXIT_DONE
 
 
-def _motors(axes: tuple[str, ...], *given: list[str] | None) -> dict[str, Motor]:
+def _motors(axes: tuple[str, ...], options: MotorOptions) -> dict[str, Motor]:
     from gimbal_hil.knowledge.drive_tables import Motor
 
-    options = ("--torque-constant", "--rotor-turns", "--rotor-zero")
-    usual = (None, 1.0, 0.0)
-    found = [_numbers(option, words or [], axes) for option, words in zip(options, given, strict=True)]
-    return {
-        axis: Motor(*(one.get(axis, default) for one, default in zip(found, usual, strict=True)))  # type: ignore[arg-type]
-        for axis in axes
-    }
+    constants = _numbers("--torque-constant", options.torque_constant or [], axes)
+    turns = _numbers("--rotor-turns", options.rotor_turns or [], axes)
+    zeros = _numbers("--rotor-zero", options.rotor_zero or [], axes)
+    return {axis: Motor(constants.get(axis), turns.get(axis, 1.0), zeros.get(axis, 0.0)) for axis in axes}
 
 
 def _numbers(option: str, words: list[str], axes: tuple[str, ...]) -> dict[str, float]:

@@ -62,6 +62,14 @@ class FrictionOptions:
     ] = False
 
 
+@dataclass(frozen=True)
+class IdentifyEffort:
+    """How many processes compute, and where they begin."""
+
+    workers: Annotated[int, typer.Option(help="Processes, an axis in each.", min=1)] = 2
+    seed: Annotated[int, typer.Option(help="Seed of the start points.")] = 0
+
+
 def command(
     *,
     runs: Annotated[
@@ -80,8 +88,7 @@ def command(
     ] = None,
     friction: FrictionOptions,
     reading: LogOptions,
-    workers: Annotated[int, typer.Option(help="Processes, an axis in each.", min=1)] = 2,
-    seed: Annotated[int, typer.Option(help="Seed of the start points.")] = 0,
+    effort: IdentifyEffort,
     as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
 ) -> int:
@@ -99,7 +106,7 @@ def command(
     logs, notes = _logs(runs, given, reading, friction.torque_driven, quiet=as_json)
     tabled = friction.over_temperature or has_table(given)
     groups = _groups(logs, given, tabled)
-    found_in = _identify(groups, axes, workers, seed, friction.ramps_at_rest, quiet=as_json)
+    found_in = _identify(groups, axes, effort, friction.ramps_at_rest, quiet=as_json)
     results = [result for one in found_in for result in one.results]
     record = identification_record(found_in[0].results, [str(path) for path in runs]) | {"notes": notes}
     if tabled:
@@ -202,9 +209,9 @@ def _logs(
     with _progress(quiet) as bar:
         task = bar.add_task("reading logs", total=len(runs))
         for path in runs:
-            logs += read_logs(path, model, torque_driven=torque_driven, **reading)
+            logs += read_logs(path, model, reading, torque_driven=torque_driven)
             bar.advance(task)
-        tables = questioned(model, tuple(log.table for log in logs), options.repair)
+        tables = questioned(model, tuple(log.table for log in logs), reading.repair)
     preflight(model, tables)
     notes = [f"{table.source}: {note}" for table in tables for note in table.notes]
     return [replace(log, table=table) for log, table in zip(logs, tables, strict=True)], notes
@@ -213,8 +220,7 @@ def _logs(
 def _identify(
     groups: list[tuple[float, AntennaModel, list[Log]]],
     axes: tuple[str, ...],
-    workers: int,
-    seed: int,
+    effort: IdentifyEffort,
     ramps_at_rest: bool,
     *,
     quiet: bool,
@@ -223,11 +229,13 @@ def _identify(
     from gimbal_hil.knowledge.identification import TemperatureResult, identify_axis
 
     results = []
-    with _progress(quiet) as bar, open_executor(workers) as executor:
+    with _progress(quiet) as bar, open_executor(effort.workers) as executor:
         task = bar.add_task(f"identifying {' and '.join(axes)}", total=len(groups) * len(axes))
         for degc, prior, logs in groups:
             shared, found = executor.share(logs), []
-            for one in [executor.submit(identify_axis, shared, prior, name, seed, ramps_at_rest) for name in axes]:
+            for one in [
+                executor.submit(identify_axis, shared, prior, name, effort.seed, ramps_at_rest) for name in axes
+            ]:
                 found.append(one.result())
                 bar.advance(task)
             results.append(TemperatureResult(degc, prior, tuple(found)))

@@ -53,18 +53,16 @@ class SurveyOptions:
         return SHORT_SURVEY_S if self.short else self.survey
 
 
-def command(
-    *,
-    out: Annotated[
-        Path,
-        typer.Option(metavar="DIR", help="Folder for the runs, journal.jsonl, report.html, model.yaml, improve.json."),
-    ],
+@dataclass(frozen=True)
+class BeginningOptions:
+    """Which antenna is improved, and the model that is begun with."""
+
     config: Annotated[
         Path | None, typer.Option(help="Configuration that names the antenna; without it the shipped virtual one.")
-    ] = None,
+    ] = None
     run: Annotated[
         Path | None, typer.Option(help="Run folder of a running daemon: experiments go through it, in real time.")
-    ] = None,
+    ] = None
     model: Annotated[
         str | None,
         typer.Option(
@@ -72,7 +70,16 @@ def command(
             autocompletion=model_names,
             help="Model to start from, or name of a shipped one; without it thesis.",
         ),
-    ] = None,
+    ] = None
+
+
+def command(
+    *,
+    out: Annotated[
+        Path,
+        typer.Option(metavar="DIR", help="Folder for the runs, journal.jsonl, report.html, model.yaml, improve.json."),
+    ],
+    begun: BeginningOptions,
     limits: LimitOptions,
     surveys: SurveyOptions,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the stopped improvement in --out.")] = False,
@@ -100,7 +107,7 @@ def command(
     from gimbal_hil.surface.cli.progress import ProgressBar
 
     _refuse_what_stands_there(out, resume, force)
-    settings, start = _begun_from(config, model)
+    settings, start = _begun_from(begun.config, begun.model)
     budgets = budgets_of(
         settings, limits.budget, limits.rounds, torques_of(limits.torque or []), travels_of(limits.travel or [])
     )
@@ -109,7 +116,7 @@ def command(
     _end_like_ctrl_c()
     try:
         _open_session(journal, task, resume)
-        with ProgressBar(not as_json) as progress, site_of(settings, config, out, run, resume) as site:
+        with ProgressBar(not as_json) as progress, site_of(settings, begun.config, out, begun.run, resume) as site:
             done = _improve(task, site, journal, progress, as_json)
     except BaseException as stop:
         journal.write(Stopped(_reason(stop), _used_s(journal)))
@@ -119,7 +126,7 @@ def command(
         journal.close()
     _write_results(task, journal, done, as_json)
     if not as_json:
-        print_next(after_improve(out, config, done.ending is Ending.AT_THE_FLOOR, run))
+        print_next(after_improve(out, begun.config, done.ending is Ending.AT_THE_FLOOR, begun.run))
     return EXIT_DONE if done.ending is Ending.AT_THE_FLOOR else EXIT_NO
 
 

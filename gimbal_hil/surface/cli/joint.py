@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -14,23 +15,30 @@ from gimbal_hil.surface.cli.log_options import COLUMN_HELP, COLUMN_PAIR
 MANY_VALUED = ("--column", "--held")
 
 
+@dataclass(frozen=True)
+class ArmLogOptions:
+    """How the log of an arm is read."""
+
+    column: Annotated[list[str] | None, typer.Option(metavar=COLUMN_PAIR, help=COLUMN_HELP)] = None
+    held: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=POSITION", help="A joint that is not in the log and stands, rad or m."),
+    ] = None
+    resample: Annotated[bool, typer.Option("--resample", help="Accept a log of uneven time.")] = False
+    rate: Annotated[
+        float | None, typer.Option(metavar="HZ", help="Rate of the grid, or of rows that have no times.")
+    ] = None
+    drop_invalid: Annotated[
+        bool, typer.Option("--drop-invalid", help="Accept a log with invalid rows and drop those.")
+    ] = False
+
+
 def command(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="Positions of all joints and the torque of one.")],
     urdf: Annotated[Path, typer.Option(metavar="FILE", help="The arm: links with masses and inertias.")],
     joint: Annotated[str, typer.Option(metavar="NAME", help="The joint, by its name in the URDF.")],
     out: Annotated[Path, typer.Option(metavar="FILE", help="The joint's own log: .csv, .parquet or .npz.")],
-    column: Annotated[list[str] | None, typer.Option(metavar=COLUMN_PAIR, help=COLUMN_HELP)] = None,
-    held: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME=POSITION", help="A joint that is not in the log and stands, rad or m."),
-    ] = None,
-    resample: Annotated[bool, typer.Option("--resample", help="Accept a log of uneven time.")] = False,
-    rate: Annotated[
-        float | None, typer.Option(metavar="HZ", help="Rate of the grid, or of rows that have no times.")
-    ] = None,
-    drop_invalid: Annotated[
-        bool, typer.Option("--drop-invalid", help="Accept a log with invalid rows and drop those.")
-    ] = False,
+    reading: ArmLogOptions,
     as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file.")] = False,
 ) -> int:
@@ -50,11 +58,11 @@ def command(
         log,
         urdf,
         joint,
-        columns=ColumnMap.of_words(column),
-        held=_positions(held),
-        resample=resample,
-        drop_invalid=drop_invalid,
-        rate_hz=rate,
+        columns=ColumnMap.of_words(reading.column),
+        held=_positions(reading.held),
+        resample=reading.resample,
+        drop_invalid=reading.drop_invalid,
+        rate_hz=reading.rate,
     )
     write_signals(found.table, out, force=force)
     answer = {

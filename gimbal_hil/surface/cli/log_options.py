@@ -2,36 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, TypedDict
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
-    from gimbal_hil.data.signals import ColumnMap
+    from gimbal_hil.data.signals import LogReading
+    from gimbal_hil.surface.library import SearchScope
 
 COLUMN_PAIR = "NAME=COLUMN[@TIME][:UNIT]"
 COLUMN_HELP = (
     "A column of your own files and its unit, as in azimuth.position=theta:deg; -deg mirrors it; may be repeated."
 )
-
-
-class LogReading(TypedDict):
-    """How logs are read."""
-
-    columns: ColumnMap
-    resample: bool
-    rate_hz: float | None
-    drop_invalid: bool
-
-
-class SearchScope(TypedDict):
-    """What is searched."""
-
-    only: Sequence[str]
-    without: Sequence[str]
-    band_hz: float | None
 
 
 @dataclass(frozen=True)
@@ -59,15 +42,10 @@ class LogOptions:
     ] = False
 
     def reading(self) -> LogReading:
-        """The same as keywords of whoever reads logs; BadInputError for words that name no column."""
-        from gimbal_hil.data.signals import ColumnMap
+        """The same for whoever reads logs; BadInputError for words that name no column."""
+        from gimbal_hil.data.signals import ColumnMap, LogReading
 
-        return LogReading(
-            columns=ColumnMap.of_words(self.column),
-            resample=self.resample,
-            rate_hz=self.rate,
-            drop_invalid=self.drop_invalid,
-        )
+        return LogReading(ColumnMap.of_words(self.column), self.resample, self.rate, self.drop_invalid, self.repair)
 
 
 @dataclass(frozen=True)
@@ -86,5 +64,7 @@ class SearchOptions:
     )
 
     def scope(self) -> SearchScope:
-        """The same as keywords of the search."""
-        return SearchScope(only=self.only or (), without=self.without or (), band_hz=self.band)
+        """The same for the search."""
+        from gimbal_hil.surface.library import SearchScope
+
+        return SearchScope(tuple(self.only or ()), tuple(self.without or ()), self.band)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -23,28 +24,43 @@ if TYPE_CHECKING:
     Server = DeviceServer | LockstepServer
 
 
-def command(
+@dataclass(frozen=True)
+class ServedOptions:
+    """Which antenna is served, and where."""
+
     config: Annotated[
         Path | None, typer.Option(help="The daemon's configuration file: its rate, model, seed and link are used.")
-    ] = None,
+    ] = None
     model: Annotated[
         str | None,
         typer.Option(
             autocompletion=model_names, help="Model file or name of a shipped model; goes before the configuration's."
         ),
-    ] = None,
+    ] = None
     link: Annotated[
         str | None,
         typer.Option(
             help="serial, slcan (a pseudo-terminal), serial:PATH, slcan:PATH (the same under a lasting name), or "
             "unix:PATH."
         ),
-    ] = None,
+    ] = None
+
+
+@dataclass(frozen=True)
+class PaceOptions:
+    """What its time follows, and how long."""
+
     lockstep: Annotated[
         bool,
         typer.Option("--lockstep", help="Time goes on when a host in lockstep says so, and stands still otherwise."),
-    ] = False,
-    duration: Annotated[float | None, typer.Option(help="Seconds to serve; without it until stopped.", min=0.0)] = None,
+    ] = False
+    duration: Annotated[float | None, typer.Option(help="Seconds to serve; without it until stopped.", min=0.0)] = None
+
+
+def command(
+    *,
+    served: ServedOptions,
+    pace: PaceOptions,
     base: Annotated[
         str | None,
         typer.Option(help="Motion of its base: turbulence, severe_turbulence, manoeuvre, swing, or a CSV file."),
@@ -72,28 +88,28 @@ def command(
     from sim_backend.firmware import close_firmware, run_firmware
     from sim_backend.server import DeviceServer, LockstepServer, join_bus, open_outlet
 
-    settings = load_settings(config) if config else shipped_settings()
-    antenna, noise_seed, firmware = _antenna_of(settings, model, base, seed)
-    if link is None and isinstance(settings.link, AdapterLinkConfig):
+    settings = load_settings(served.config) if served.config else shipped_settings()
+    antenna, noise_seed, firmware = _antenna_of(settings, served.model, base, seed)
+    if served.link is None and isinstance(settings.link, AdapterLinkConfig):
         from gimbal_hil.surface.cli.plant_drives import serve_drives
 
-        if lockstep:
+        if pace.lockstep:
             raise BadInputError("--lockstep", "drives of another make have clocks of their own", "no --lockstep")
-        return serve_drives(settings.link, antenna, noise_seed, duration, as_json)
-    place = _place_of(settings, link, str(config or "--link"))
+        return serve_drives(settings.link, antenna, noise_seed, pace.duration, as_json)
+    place = _place_of(settings, served.link, str(served.config or "--link"))
     print("preparing the compiled antenna", file=sys.stderr, flush=True)
     Device(antenna, rate_hz=settings.rate_hz).tick()
     device: Device | None = None
     outlet = open_outlet(*place) if isinstance(place, tuple) else join_bus(place)
     try:
-        serving = LockstepServer if lockstep else DeviceServer
+        serving = LockstepServer if pace.lockstep else DeviceServer
         device = run_firmware(firmware, antenna, settings.rate_hz, noise_seed)
         server = serving(device, outlet.link)
         with _signals_stop(server) as signals:
-            _announce(outlet, antenna.name, settings.rate_hz, ready_file, as_json, lockstep)
+            _announce(outlet, antenna.name, settings.rate_hz, ready_file, as_json, pace.lockstep)
             if not as_json:
-                print_next(after_plant(config, outlet.kind.value, outlet.path))
-            _serve(server, duration, lockstep)
+                print_next(after_plant(served.config, outlet.kind.value, outlet.path))
+            _serve(server, pace.duration, pace.lockstep)
     finally:
         outlet.link.close()
         if device is not None:

@@ -11,6 +11,7 @@ from gimbal_hil.surface.library.foreseeing import foresee
 from gimbal_hil.surface.library.friction import Friction, identify
 from gimbal_hil.surface.library.picture import Picture
 from gimbal_hil.surface.library.run import Run
+from gimbal_hil.surface.library.search_scope import SearchScope
 from gimbal_hil.surface.library.sources import Source
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "Picture",
     "Question",
     "Run",
+    "SearchScope",
     "Source",
     "changes_between",
     "find_changes",

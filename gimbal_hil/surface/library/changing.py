@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.preflight import preflight, questioned
-from gimbal_hil.data.signals import ColumnMap, read_together
+from gimbal_hil.data.signals import ColumnMap, LogReading, read_together
 from gimbal_hil.knowledge.change import ChangeKind, MachineComparison, change_page, compare, document_of
 from gimbal_hil.knowledge.discrepancy import check_logs
 from gimbal_hil.surface.library.as_they_were import as_they_were
+from gimbal_hil.surface.library.search_scope import SearchScope
 from gimbal_hil.surface.library.sources import Source, as_list, as_paths, model_of
 from sim_backend.model import AntennaModel
 
@@ -53,28 +54,22 @@ def changes_between(
     model: AntennaModel,
     before: Sequence[Path],
     after: Sequence[Path],
+    reading: LogReading,
+    scope: SearchScope,
     *,
-    only: Sequence[str] = (),
-    without: Sequence[str] = (),
-    band_hz: float | None = None,
-    repair: bool = False,
     workers: int = 1,
     progress: Callable[[str], None] = lambda text: None,
-    **reading: Any,
 ) -> Changes:
-    """Read logs and compare them; `reading` is what `gimbal_hil.data.signals.read_together` takes. BadInputError for
-    logs that cannot answer.
-    """
+    """Read logs and compare them. BadInputError for logs that cannot answer."""
     both = {path.resolve() for path in before} & {path.resolve() for path in after}
     if both:
         raise BadInputError(str(sorted(both)[0]), "is before and after", "other logs on each side")
     progress("reading logs")
-    tables = read_together([*before, *after], model, **reading)
-    tables = questioned(model, tables, repair)
-    check_logs(model, tables, band_hz)
+    tables = questioned(model, read_together([*before, *after], model, reading), reading.repair)
+    check_logs(model, tables, scope.band_hz)
     preflight(model, tables)
     sides = [
-        as_they_were(model, some, paths, band_hz)
+        as_they_were(model, some, paths, scope.band_hz)
         for some, paths in ((tables[: len(before)], before), (tables[len(before) :], after))
     ]
     tables = tuple(table for side, _ in sides for table in side)
@@ -85,8 +80,8 @@ def changes_between(
         tables[: len(before)],
         tables[len(before) :],
         band_hz=band_hz,
-        only=tuple(only),
-        without=tuple(without),
+        only=scope.only,
+        without=scope.without,
         workers=workers,
         progress=progress,
     )
@@ -117,12 +112,7 @@ def find_changes(
             model_of(model),
             paths[: len(first)],
             paths[len(first) :],
-            only=only,
-            without=without,
-            band_hz=band_hz,
-            repair=repair,
+            LogReading(ColumnMap(columns or {}), resample, None, drop_invalid, repair),
+            SearchScope(tuple(only), tuple(without), band_hz),
             workers=workers,
-            resample=resample,
-            drop_invalid=drop_invalid,
-            columns=ColumnMap(columns or {}),
         )

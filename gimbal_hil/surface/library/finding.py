@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gimbal_hil.data.preflight import preflight, questioned
-from gimbal_hil.data.signals import ColumnMap, SignalsTable, read_together
+from gimbal_hil.data.signals import ColumnMap, LogReading, SignalsTable, read_together
 from gimbal_hil.knowledge.discrepancy import (
     Kind,
     Request,
@@ -26,11 +26,14 @@ from gimbal_hil.knowledge.discrepancy import (
 )
 from gimbal_hil.surface.library.as_they_were import as_they_were
 from gimbal_hil.surface.library.picture import Picture
+from gimbal_hil.surface.library.search_scope import SearchScope
 from gimbal_hil.surface.library.sources import Source, as_list, as_paths, model_of, plots_of
 from sim_backend.model import AntennaModel
 
 if TYPE_CHECKING:
     from gimbal_hil.pages.report import Page
+
+_AS_IT_IS, _EVERYTHING = LogReading(), SearchScope()
 
 
 @dataclass(frozen=True)
@@ -100,31 +103,25 @@ def question_of(
     model: AntennaModel,
     measured: Sequence[Path],
     holdout: Sequence[Path],
-    *,
-    only: Sequence[str] = (),
-    without: Sequence[str] = (),
-    band_hz: float | None = None,
-    repair: bool = False,
-    **reading: Any,
+    reading: LogReading = _AS_IT_IS,
+    scope: SearchScope = _EVERYTHING,
 ) -> Question:
-    """Read logs; `reading` is what `gimbal_hil.data.signals.read_together` takes. BadInputError for logs that cannot
-    answer, or that fit the model only if they are read otherwise.
+    """Read logs and say what is asked of them. BadInputError for logs that cannot answer, or that fit the model only if
+    they are read otherwise.
     """
-    paths = [*measured, *holdout]
-    tables = read_together(paths, model, **reading)
-    tables = questioned(model, tables, repair)
+    paths, band_hz = [*measured, *holdout], scope.band_hz
+    tables = questioned(model, read_together(paths, model, reading), reading.repair)
     check_logs(model, tables, band_hz)
     preflight(model, tables)
     tables, band_hz = as_they_were(model, tables, paths, band_hz)
     fitted, ramps, notes = ramps_apart(model, tables[: len(measured)])
     judged = tables[len(measured) :]
     own = (f"{table.source}: {note}" for table in (*fitted, *judged, *ramps) for note in table.notes)
-    request = Request(model, fitted, judged, band_hz, tuple(only), tuple(without))
-    called = reading.get("columns") or ColumnMap({})
+    request = Request(model, fitted, judged, band_hz, scope.only, scope.without)
     stated = frozenset(
         axis
         for axis in model.axes
-        if called.states_time_of(axis) or any(f"{axis}.torque_sampled" in table.columns for table in tables)
+        if reading.columns.states_time_of(axis) or any(f"{axis}.torque_sampled" in table.columns for table in tables)
     )
     return Question(request, ramps, (*notes, *own), tuple(str(path) for path in paths), stated)
 
@@ -150,18 +147,8 @@ def find_discrepancy(
     """
     given = model_of(model)
     searched, judged = as_list(measured), as_list(holdout)
-    called = ColumnMap(columns or {})
+    reading = LogReading(ColumnMap(columns or {}), resample, None, drop_invalid, repair)
+    scope = SearchScope(tuple(only), tuple(without), band_hz)
     with as_paths([*searched, *judged], "log") as paths:
-        question = question_of(
-            given,
-            paths[: len(searched)],
-            paths[len(searched) :],
-            only=only,
-            without=without,
-            band_hz=band_hz,
-            repair=repair,
-            resample=resample,
-            drop_invalid=drop_invalid,
-            columns=called,
-        )
+        question = question_of(given, paths[: len(searched)], paths[len(searched) :], reading, scope)
     return question.asked(workers=workers)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gimbal_hil.data.preflight import preflight, questioned
-from gimbal_hil.data.signals import ColumnMap
+from gimbal_hil.data.signals import ColumnMap, LogReading
 from gimbal_hil.knowledge.identification import (
     AxisIdentification,
     Log,
@@ -93,13 +93,12 @@ def identify(
     """
     given = model_of(model)
     chosen = axes_to_identify(given, axes, "axes")
-    reading = {"resample": resample, "drop_invalid": drop_invalid}
-    called = ColumnMap(columns or {})
+    reading = LogReading(ColumnMap(columns or {}), resample, None, drop_invalid, repair)
     read: list[Log] = []
     with as_paths(as_list(logs), "log") as paths:
         for path in paths:
-            read += read_logs(path, given, torque_driven=torque_driven, columns=called, **reading)
-        tables = questioned(given, tuple(log.table for log in read), repair)
+            read += read_logs(path, given, reading, torque_driven=torque_driven)
+        tables = questioned(given, tuple(log.table for log in read), reading.repair)
         preflight(given, tables)
     read = [replace(log, table=table) for log, table in zip(read, tables, strict=True)]
     # friction as it is where these logs were taken: a table over temperature is written by the command
