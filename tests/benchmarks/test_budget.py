@@ -23,8 +23,9 @@ from gimbal_hil.proof.bench.figures import paired
 from gimbal_hil.proof.bench.references import mujoco_steps
 from gimbal_hil.proof.bench.speed import PLANT_STEPS, moving_plant, work_program
 from gimbal_hil.realtime.daemon.antenna_link import embedded_antenna
-from gimbal_hil.realtime.daemon.control_loop import ControlLoop
+from gimbal_hil.realtime.daemon.control_loop import ControlLoop, LoopTime
 from gimbal_hil.realtime.daemon.link_keeper import LinkKeeper
+from gimbal_hil.realtime.daemon.service_end import ServiceEnd
 from gimbal_hil.realtime.lockstep import CompiledPath, Exchange, FramePath
 from gimbal_hil.realtime.telemetry.records import COMMAND_BYTES, TELEMETRY_BYTES, Telemetry
 from sim_backend.model import shipped_model
@@ -58,7 +59,8 @@ def daemon_engine() -> TickEngine:
     link = LinkKeeper(clock, lambda: antenna, lambda opened, text: None)
     telemetry = Telemetry(RingWriter(create_ring(TELEMETRY_BYTES)), lockstep=False)
     host = Host(host_configuration(settings))
-    loop = ControlLoop(host, link, telemetry, RingReader(create_ring(COMMAND_BYTES)), lambda: True, clock, period)
+    service = ServiceEnd(telemetry, RingReader(create_ring(COMMAND_BYTES)), lambda: True)
+    loop = ControlLoop(host, link, service, LoopTime(clock, period))
     return TickEngine(clock, period, loop.step)
 
 

@@ -175,7 +175,7 @@ MIXED: dict[str, Callable[[JointLog], JointLog]] = {
 def test_no_inertia_is_told_narrowly_that_only_the_whole_log_has(name: str, fault: str) -> None:
     joint, log = JOINTS[name], MIXED[fault](JOINTS[name].log())
     rule = regression_rule(1.0 / joint.rate_hz)
-    fit = fit_rigid_axis(log.time, log.position, log.torque, rule, linear=joint.is_linear, smoothed=())
+    fit = fit_rigid_axis(log.time, log.position, log.torque, rule, smoothed=())
     inertia = fit.estimates[0]
     told = inertia.verdict is Determination.IDENTIFIED
     assert not told or inertia.interval.covers(joint.inertia), inertia

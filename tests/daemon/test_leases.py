@@ -11,10 +11,11 @@ from gimbal_hil.loop.host import AxisCommand, Host, HostState, Mode, Segment, pr
 from gimbal_hil.loop.settings import host_configuration, shipped_settings
 from gimbal_hil.loop.timing import Duration, Instant, LockstepClock, RingReader, RingWriter, Tick, create_ring
 from gimbal_hil.realtime.daemon.antenna_link import embedded_antenna
-from gimbal_hil.realtime.daemon.control_loop import ControlLoop
+from gimbal_hil.realtime.daemon.control_loop import ControlLoop, LoopTime
 from gimbal_hil.realtime.daemon.heartbeat import Heartbeat
 from gimbal_hil.realtime.daemon.lease import Lease
 from gimbal_hil.realtime.daemon.link_keeper import LinkKeeper
+from gimbal_hil.realtime.daemon.service_end import ServiceEnd
 from gimbal_hil.realtime.operator import Client, OperatorSocket
 from gimbal_hil.realtime.service.operator_desk import OperatorDesk
 from gimbal_hil.realtime.service.recorder import Recorder
@@ -47,7 +48,8 @@ class Antenna:
         period = Duration.of_seconds(settings.step_s)
         link = LinkKeeper(clock, lambda: antenna, lambda opened, text: None)
         telemetry = Telemetry(RingWriter(told), lockstep=False)
-        loop = ControlLoop(self.host, link, telemetry, RingReader(orders), lambda: True, clock, period)
+        service = ServiceEnd(telemetry, RingReader(orders), lambda: True)
+        loop = ControlLoop(self.host, link, service, LoopTime(clock, period))
         self._step, self._told, self._tick = loop.step, RingReader(told), 0
         self.commands = Commands(RingWriter(orders))
         self.run(50)

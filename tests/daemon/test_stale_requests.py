@@ -13,8 +13,9 @@ from gimbal_hil.loop.host import AxisCommand, Host, HostState, Mode, Segment, pr
 from gimbal_hil.loop.settings import host_configuration, shipped_settings
 from gimbal_hil.loop.timing import NS_PER_S, Duration, LockstepClock, RingReader, RingWriter, TickEngine, create_ring
 from gimbal_hil.realtime.daemon.antenna_link import embedded_antenna
-from gimbal_hil.realtime.daemon.control_loop import ControlLoop
+from gimbal_hil.realtime.daemon.control_loop import ControlLoop, LoopTime
 from gimbal_hil.realtime.daemon.link_keeper import LinkKeeper
+from gimbal_hil.realtime.daemon.service_end import ServiceEnd
 from gimbal_hil.realtime.operator import Client, OperatorSocket
 from gimbal_hil.realtime.service.operator_desk import OperatorDesk
 from gimbal_hil.realtime.service.recorder import Recorder
@@ -66,7 +67,8 @@ def test_a_motion_begins_and_a_gain_changes_only_while_the_caller_still_waits(
     orders, told = create_ring(COMMAND_BYTES), create_ring(TELEMETRY_BYTES)
     host, telemetry = Host(host_configuration(settings)), Telemetry(RingWriter(told), lockstep=False)
     period, link = Duration.of_seconds(settings.step_s), LinkKeeper(clock, lambda: antenna, lambda opened, text: None)
-    loop = ControlLoop(host, link, telemetry, RingReader(orders), lambda: True, clock, period)
+    service = ServiceEnd(telemetry, RingReader(orders), lambda: True)
+    loop = ControlLoop(host, link, service, LoopTime(clock, period))
     engine = TickEngine(clock, period, loop.step)
     engine.run(50)
     assert host.state is HostState.IDLE

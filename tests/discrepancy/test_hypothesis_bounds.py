@@ -13,7 +13,7 @@ import pytest
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy.hypotheses.evidence import families
 from gimbal_hil.knowledge.discrepancy.hypotheses.families import Family
-from gimbal_hil.knowledge.discrepancy.hypotheses.fit import Weighing, fit
+from gimbal_hil.knowledge.discrepancy.hypotheses.fit import FitRule, Weighing, fit
 from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import (
     Cause,
     Hypothesis,
@@ -166,7 +166,7 @@ def test_at_the_edge_of_what_bodies_there_are_a_derivative_is_one_of_what_is_ins
     floor = np.full(len(twin.channels), 1e-3)
     # one round gives the derivatives where it begins: at the edge, and well inside
     edge, inside = (
-        fit(twin, Hypothesis(floating=floating, y=(0.0, y, 0.0)), floor, weighing, rounds=1).jacobian
+        fit(twin, Hypothesis(floating=floating, y=(0.0, y, 0.0)), floor, weighing, FitRule(1)).jacobian
         for y in (math.log(0.08 / 0.0799), -0.1)
     )
     size = np.linalg.norm(inside, axis=0)

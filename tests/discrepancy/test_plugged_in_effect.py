@@ -68,7 +68,7 @@ SEARCHED = """
 import json, sys
 import numpy as np
 from gimbal_hil.knowledge.discrepancy.hypotheses.evidence import families
-from gimbal_hil.knowledge.discrepancy.hypotheses.fit import Weighing, fit
+from gimbal_hil.knowledge.discrepancy.hypotheses.fit import FitRule, Weighing, fit
 from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import Cause, Hypothesis, values_of
 from gimbal_hil.knowledge.discrepancy.twin.record import record_of
 from gimbal_hil.knowledge.discrepancy.search.screening import propose, respond
@@ -90,9 +90,9 @@ twin = Twin(model, (record_of(table, model, 6.0, "log"),))
 family = next(f for f in families(twin, "axis") if f.effect == name)
 floor = np.full(len(twin.channels), 0.01)
 alike = Weighing((1.0,) * len(floor), 1.0)
-null = fit(twin, Hypothesis(), floor, alike, rounds=0)
+null = fit(twin, Hypothesis(), floor, alike, FitRule(0))
 best = propose(null, respond(twin, null, floor, family), alike)[0]
-found = fit(twin, Hypothesis((Cause(family, best.x),)), floor, alike, rounds=12)
+found = fit(twin, Hypothesis((Cause(family, best.x),)), floor, alike, FitRule(12))
 numbers = {key: value for key, (value, _) in values_of(model, twin, found.hypothesis, 0).items()}
 ends = [[k.low, k.high] for k in family.knobs]
 print(json.dumps({"starts": len(family.starts), "left": found.cost / null.cost, "numbers": numbers, "ends": ends}))

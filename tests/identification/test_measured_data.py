@@ -41,7 +41,7 @@ PUBLISHED_EMPS = {"inertia": 95.1089, "viscous": 203.5034, "coulomb": 20.3935, "
 
 @pytest.mark.parametrize("bandwidth_hz", [10.0, 20.0, 40.0])
 def test_emps_regression_is_within_one_percent_of_the_published_numbers_whatever_the_band(bandwidth_hz: float) -> None:
-    fit = fit_rigid_axis(*emps(), RigidAxisRule(bandwidth_hz), linear=True)
+    fit = fit_rigid_axis(*emps(), RigidAxisRule(bandwidth_hz, linear=True))
     print(
         f"emps, {bandwidth_hz:g} Hz:",
         {e.name: round(e.fitted, 4) for e in fit.estimates},
@@ -53,7 +53,7 @@ def test_emps_regression_is_within_one_percent_of_the_published_numbers_whatever
 
 
 def test_emps_directions_differ_as_published() -> None:
-    fit = fit_rigid_axis(*emps(), RigidAxisRule(20.0), per_direction=True, linear=True)
+    fit = fit_rigid_axis(*emps(), RigidAxisRule(20.0, per_direction=True, linear=True))
     print("emps per direction:", {e.name: round(e.fitted, 3) for e in fit.estimates}, f"rms {fit.rms:.3f} N")
     assert fit.value("inertia") == pytest.approx(95.154, rel=0.01)
     assert fit.value("viscous_positive") == pytest.approx(166.706, rel=0.02)

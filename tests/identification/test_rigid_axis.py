@@ -78,7 +78,7 @@ def test_bootstrap_intervals_cover_the_truth_in_at_least_nine_of_ten_repeats() -
 
 def test_directions_are_told_apart() -> None:
     position, torque = _axis(up=1.2, down=0.8)
-    fit = fit_rigid_axis(TIME, position, torque, RigidAxisRule(20.0), per_direction=True)
+    fit = fit_rigid_axis(TIME, position, torque, RigidAxisRule(20.0, per_direction=True))
     assert fit.value("viscous_positive") == pytest.approx(1.2 * TRUE["viscous"], rel=0.05)
     assert fit.value("viscous_negative") == pytest.approx(0.8 * TRUE["viscous"], rel=0.05)
     assert fit.value("coulomb_positive") - fit.value("coulomb_negative") == pytest.approx(

@@ -32,7 +32,7 @@ def test_motion_one_way_leaves_coulomb_and_offset_to_each_other(per_direction: b
     acceleration = np.cos(2.0 * t) + 1.06 * np.cos(5.3 * t)
     position = np.cumsum(rate) * STEP_S
     torque = 0.5 * acceleration + 0.3 * rate + 0.2 + 0.01 * np.random.default_rng(1).normal(size=len(t))
-    fit = fit_rigid_axis(t, position, torque, RigidAxisRule(20.0), per_direction)
+    fit = fit_rigid_axis(t, position, torque, RigidAxisRule(20.0, per_direction=per_direction))
     found = {e.name: e for e in fit.estimates}
     assert found["inertia"].value == pytest.approx(0.5, rel=0.02)
     assert found["viscous_positive" if per_direction else "viscous"].value == pytest.approx(0.3, rel=0.05)

@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.pointing.following import HeldTrace, MuteChange, pointing_figures, write_page
+from gimbal_hil.pointing.following import HeldTarget, HeldTrace, MuteChange, pointing_figures, write_page
 from gimbal_hil.surface.cli.app import run
 
 BEYOND = math.radians(0.5)
+A_STAR = HeldTarget("a star", "here", "about")
 
 
 def trace_of(error: np.ndarray, muted: np.ndarray) -> HeldTrace:
@@ -42,7 +43,7 @@ def test_errors_count_while_the_antenna_is_not_muted_and_settled_ones_from_5_s_o
 def test_the_page_has_every_name_once_so_that_its_figures_are_found_and_drawn(tmp_path: Path) -> None:
     trace = trace_of(np.full(8000, 20e-6), np.zeros(8000, np.bool_))
     figures = pointing_figures(trace, [], BEYOND)
-    page = write_page(tmp_path / "page.html", "a star", "here", trace, figures, [], BEYOND, "about").read_text()
+    page = write_page(tmp_path / "page.html", A_STAR, trace, figures, [], BEYOND).read_text()
     names = re.findall(r'\sid="([^"]+)"', page)
     assert {"packed:figures", "packed:library"} <= set(names) and len(names) == len(set(names))
 
@@ -52,15 +53,16 @@ def test_a_reference_that_left_the_target_is_told_in_red_whatever_the_error_agai
     off = replace(trace, reference_off=np.where(np.arange(8000) > 4000, 0.15, 0.0))
     figures = pointing_figures(off, [], BEYOND)
     assert not figures.followed_the_target and pointing_figures(trace, [], BEYOND).followed_the_target
-    page = write_page(tmp_path / "page.html", "a pass", "here", off, figures, [], BEYOND, "about").read_text()
+    page = write_page(
+        tmp_path / "page.html", HeldTarget("a pass", "here", "about"), off, figures, [], BEYOND
+    ).read_text()
     assert 'class="callout bad"' in page and "8.59 degrees off" in page
 
 
 def test_a_target_that_was_never_acquired_is_told_in_red_without_numbers_that_are_none(tmp_path: Path) -> None:
     trace = trace_of(np.full(8000, 0.3), np.ones(8000, np.bool_))
-    page = write_page(
-        tmp_path / "page.html", "a star", "here", trace, pointing_figures(trace, [], BEYOND), [], BEYOND, "about"
-    ).read_text()
+    figures = pointing_figures(trace, [], BEYOND)
+    page = write_page(tmp_path / "page.html", A_STAR, trace, figures, [], BEYOND).read_text()
     assert 'class="callout bad"' in page and "nan µrad" not in page
 
 

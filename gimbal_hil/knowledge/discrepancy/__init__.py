@@ -3,6 +3,7 @@
 from gimbal_hil.knowledge.discrepancy.foreseen import ORDER, Foreseen, foreseen
 from gimbal_hil.knowledge.discrepancy.hypotheses import (
     Cause,
+    FitRule,
     Hypothesis,
     Weighing,
     command_residual,
@@ -48,6 +49,7 @@ __all__ = [
     "LEAST_GAP",
     "ORDER",
     "Cause",
+    "FitRule",
     "Floats",
     "Foreseen",
     "Hypothesis",

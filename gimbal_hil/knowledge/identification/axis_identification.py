@@ -259,11 +259,10 @@ def _rigid(logs: Sequence[Log], model: AntennaModel, axis: str) -> tuple[RigidAx
     if len(table) < _LEAST_REGRESSION_ROWS or np.ptp(position) <= 100.0 * model.number(axis, "encoder.step"):
         return None, None
     load = axis_load(table, model, axis)
-    rule = regression_rule(table.period_s, axis in longest.time_stated)
-    linear = model.is_linear
-    asked = (table.time_s, position, load.held, rule)
-    both = fit_rigid_axis(*asked, linear=linear, known=load.bias)
-    split = fit_rigid_axis(*asked, per_direction=True, linear=linear, known=load.bias, smoothed=both.smoothed)
+    rule = regression_rule(table.period_s, axis in longest.time_stated, model.is_linear)
+    logged = (table.time_s, position, load.held)
+    both = fit_rigid_axis(*logged, rule, known=load.bias)
+    split = fit_rigid_axis(*logged, replace(rule, per_direction=True), known=load.bias, smoothed=both.smoothed)
     return both, split
 
 

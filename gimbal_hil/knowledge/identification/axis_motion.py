@@ -33,18 +33,21 @@ class RigidAxisRule:
     Motion is differentiated behind a zero-phase filter at five times `bandwidth_hz`; then torque and every regressor
     pass the same zero-phase filter at `bandwidth_hz`. The first and last `edge_periods / bandwidth_hz` seconds go, and
     so do rows slower than `slowest_share` of the top speed: there the sign of the speed says nothing about the
-    friction. With `time_stated` torque and position have the times that their columns say.
+    friction. With `time_stated` torque and position have the times that their columns say; with `per_direction` each
+    direction has its own viscous and Coulomb friction; `linear` says in which units the numbers are told.
     """
 
     bandwidth_hz: float
     edge_periods: float = 1.0
     slowest_share: float = 0.01
     time_stated: bool = False
+    per_direction: bool = False
+    linear: bool = False
 
 
-def regression_rule(period_s: float, time_stated: bool = False) -> RigidAxisRule:
+def regression_rule(period_s: float, time_stated: bool = False, linear: bool = False) -> RigidAxisRule:
     """The rule for rows of this period: 20 Hz, or a tenth of the highest frequency that they hold."""
-    return RigidAxisRule(min(20.0, 0.05 / period_s), time_stated=time_stated)
+    return RigidAxisRule(min(20.0, 0.05 / period_s), time_stated=time_stated, linear=linear)
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,6 @@ class AxisMotion:
     torque: Vector
     known: Vector
     rule: RigidAxisRule
-    per_direction: bool = False
 
     @property
     def step_s(self) -> float:
@@ -104,7 +106,7 @@ class AxisMotion:
         rate = np.asarray(CubicSpline(self.time_s, smooth)(self.time_s, 1))
         narrow = _low_pass(band, 1.0 / step)
         asked = (
-            *_columns(smooth, rate, step, self.per_direction),
+            *_columns(smooth, rate, step, self.rule.per_direction),
             *(column for ripple in ripples for column in ripple.columns(smooth)),
         )
         columns: Matrix = np.stack([sosfiltfilt(narrow, one) for one in asked], axis=1)

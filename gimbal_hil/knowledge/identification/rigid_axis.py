@@ -122,8 +122,6 @@ def fit_rigid_axis(
     position: Vector,
     torque: Vector,
     rule: RigidAxisRule,
-    per_direction: bool = False,
-    linear: bool = False,
     seed: int = 0,
     known: Vector | None = None,
     smoothed: tuple[SmoothedLog, ...] | None = None,
@@ -140,7 +138,7 @@ def fit_rigid_axis(
     Raises:
         BadInputError: the table is shorter than the filters need or the joint does not move.
     """
-    logged = as_logged(time_s, position, torque, rule, known, per_direction)
+    logged = as_logged(time_s, position, torque, rule, known)
     motion, names, ripples, problems, fits = logged.motion, logged.names, logged.ripples, logged.problems, logged.fits
     step = motion.step_s
     likely = logged.smoothings() if smoothed is None else smoothed
@@ -163,7 +161,7 @@ def fit_rigid_axis(
         else fit_at(plain)
     )
     as_stated = [_replicates(fit_at(problem), seed) for problem, _ in problems]
-    estimates = _estimates(names, fit, shifted, as_stated, timing, linear)
+    estimates = _estimates(names, fit, shifted, as_stated, timing, rule.linear)
     rms = float(np.sqrt(np.mean(fit.residual**2)))
     relative = rms / float(np.sqrt(np.mean(fit.target**2)))
     if relative > _UNEXPLAINED:
@@ -225,7 +223,6 @@ def as_logged(
     torque: Vector,
     rule: RigidAxisRule,
     known: Vector | None = None,
-    per_direction: bool = False,
 ) -> AsLogged:
     """The regression before anything is said of its columns; arguments and error as those of `fit_rigid_axis`."""
     step = float(np.median(np.diff(time_s)))
@@ -237,7 +234,7 @@ def as_logged(
             f"at least {4 * edge + 200} rows of a moving axis",
         )
     load = np.zeros(len(torque)) if known is None else known
-    motion, names = AxisMotion(time_s, position, torque, load, rule, per_direction), _NAMES[per_direction]
+    motion, names = AxisMotion(time_s, position, torque, load, rule), _NAMES[rule.per_direction]
     ripples = _ripples(motion, names)
     problems = list(motion.problems(ripples))
     return AsLogged(motion, names, ripples, problems, _shifted([problem for problem, _ in problems]))

@@ -17,7 +17,7 @@ from gimbal_hil.loop.settings import DaemonSettings
 from gimbal_hil.pointing.arena import MOTION_ROW_HZ, Manoeuvre, Turbulence, between, boresight
 from gimbal_hil.pointing.certifying.navigation import TOLD_HZ, NavigationErrors
 from gimbal_hil.pointing.following import Target, Way, as_base, in_base, joints_seen, way_of
-from gimbal_hil.realtime.lockstep import SILENT, FlightPath
+from gimbal_hil.realtime.lockstep import SILENT, ErringNavigation, FlightPath, FlownBase
 from sim_backend.model import AntennaModel
 
 Table = NDArray[np.float64]
@@ -92,10 +92,10 @@ def fly(task: FlightTask, seed: int) -> FlownFlight:
     azimuth = float(draw.uniform(-math.pi, math.pi))
     elevation = math.asin(draw.uniform(math.sin(_LOWEST), math.sin(_HIGHEST)))
     looks, lasts_s = task.model.file.boresight, task.duration_s + _MARGIN_S
-    attitude, pivot = as_base(*_aircraft(lasts_s, gust, bank, draw), looks)
-    errors, hidden_s = task.navigation.drawn(lasts_s, draw)
+    base = FlownBase(*as_base(*_aircraft(lasts_s, gust, bank, draw), looks), 1.0 / MOTION_ROW_HZ)
+    navigation = ErringNavigation(*task.navigation.drawn(lasts_s, draw), TOLD_HZ)
     settings = task.settings
-    path = FlightPath(settings, task.model, seed, attitude, pivot, 1.0 / MOTION_ROW_HZ, errors, hidden_s, TOLD_HZ)
+    path = FlightPath(settings, task.model, seed, base, navigation)
     path.connect()
     first = path.tick
     target = Target("a direction", lambda time_s: (np.full(len(time_s), azimuth), np.full(len(time_s), elevation)))
@@ -105,7 +105,7 @@ def fly(task: FlightTask, seed: int) -> FlownFlight:
     towards = in_base(np.repeat(sky, len(truth), axis=0), truth[:, 2:5])
     error = between(looks.sign * boresight(truth[:, :2]), towards)
     found = judged(error, truth[:, 5] == 0.0, 1.0 / settings.rate_hz, task.requirement)
-    silences = int(np.count_nonzero(np.diff(errors[:, SILENT]) > 0))
+    silences = int(np.count_nonzero(np.diff(navigation.errors[:, SILENT]) > 0))
     return FlownFlight(
         seed, gust, bank, elevation, **found, silences=silences, stops=stops, computed_s=time.process_time() - begun
     )

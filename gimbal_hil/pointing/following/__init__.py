@@ -22,7 +22,7 @@ from gimbal_hil.pointing.following.judging import (
     mute_changes,
     pointing_figures,
 )
-from gimbal_hil.pointing.following.page import summary, write_page
+from gimbal_hil.pointing.following.page import HeldTarget, summary, write_page
 from gimbal_hil.pointing.following.reach import joints_needed, reach_of, require_reach
 from gimbal_hil.pointing.following.satellite import OLD_DAYS, Elements, read_elements
 from gimbal_hil.pointing.following.targets import Target, next_pass, target_of
@@ -39,6 +39,7 @@ __all__ = [
     "Elements",
     "Flight",
     "FollowedWay",
+    "HeldTarget",
     "HeldTrace",
     "MuteChange",
     "PointingDaemon",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,16 +33,23 @@ _DECADES = {
 _UNITS = {"_urad": "µrad", "_s": "s"}
 
 
+@dataclass(frozen=True)
+class HeldTarget:
+    """What was pointed at, on which antenna, what there is to say about it, and the antenna's axes."""
+
+    name: str
+    where: str
+    about: str
+    axes: Sequence[str] = AXES
+
+
 def write_page(
     path: Path,
-    name: str,
-    where: str,
+    held: HeldTarget,
     trace: HeldTrace,
     figures: PointingFigures,
     changes: Sequence[MuteChange],
     beyond_rad: float,
-    about: str,
-    axes: Sequence[str] = AXES,
 ) -> Path:
     """The page of one target; answers its path."""
     known = not math.isnan(figures.true_rms_urad)
@@ -54,18 +62,18 @@ def write_page(
     ]
     if known:
         tiles.insert(0, (f"{figures.settled_true_rms_urad:.1f} µrad", "rms settled, by the base's true motion"))
-    said = summary(name, figures)
+    said = summary(held.name, figures)
     named = [(_named(key), value) for key, value in figures.as_dict().items()]
     blocks: list[Block] = [
         Callout(said, _colour(figures)),
         Tiles(tiles),
-        Text(about),
+        Text(held.about),
         Heading("Pointing error"),
         Plot(
             _error_figure(trace, beyond_rad, known), "Largest error in each interval drawn; the line is where mute is."
         ),
         Heading("Joints"),
-        Plot(_joints_figure(trace, axes), "Where the joints were: the base's motion and the target's together."),
+        Plot(_joints_figure(trace, held.axes), "Where the joints were: the base's motion and the target's together."),
         Heading("In figures"),
         Table(
             ("Figure", "Value", "Unit"),
@@ -86,7 +94,7 @@ def write_page(
             "Every change; time counts from the first row of the target's way.",
         ),
     ]
-    return Page(f"Pointing at {name}", where, blocks).write(path)
+    return Page(f"Pointing at {held.name}", held.where, blocks).write(path)
 
 
 def _colour(figures: PointingFigures) -> str:

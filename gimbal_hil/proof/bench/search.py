@@ -13,6 +13,7 @@ import numpy as np
 
 from gimbal_hil.data.signals import SignalsTable, read_signals
 from gimbal_hil.knowledge.discrepancy import (
+    FitRule,
     Hypothesis,
     Request,
     Twin,
@@ -104,7 +105,7 @@ def _candidates(folder: Path, repeats: int) -> tuple[Cost, ...]:
     table = _surveyed(folder, COUNTED_S, 0)
     twin = Twin(model, (record_of(table, model, scored_band((table,)), "measured"),))
     floor = np.full(len(twin.channels), 1e-3)
-    stated = fit(twin, Hypothesis(), floor, Weighing((1.0,) * len(floor), 1.0), 0)
+    stated = fit(twin, Hypothesis(), floor, Weighing((1.0,) * len(floor), 1.0), FitRule(0))
     catalogue = [family for axis in model.axes for family in families(twin, axis)]
     catalogue.sort(key=lambda family: (family.ripple is not None, len(family.starts)))
     found = []

@@ -31,15 +31,14 @@ from gimbal_hil.loop.host import (
     image_of,
     word_of,
 )
-from gimbal_hil.loop.timing import Clock, Duration, Miss, MissCause, RingReader, Tick
-from gimbal_hil.realtime.daemon.heartbeat import Heartbeat
+from gimbal_hil.loop.timing import Clock, Duration, Miss, MissCause, Tick
 from gimbal_hil.realtime.daemon.lease import Lease
 from gimbal_hil.realtime.daemon.link_keeper import LinkKeeper
 from gimbal_hil.realtime.daemon.refusing import why_not_adjusted, why_not_now
+from gimbal_hil.realtime.daemon.service_end import ServiceEnd
 from gimbal_hil.realtime.telemetry import (
     Command,
     CommandKind,
-    Telemetry,
     lease_ticks_of,
     take_commands,
     unpack_configuration,
@@ -104,6 +103,15 @@ class LoopEnd:
     reason: str
 
 
+@dataclass(frozen=True, slots=True)
+class LoopTime:
+    """What the loop's time goes by: the clock, the period of a tick, and how many ticks it runs; None: for ever."""
+
+    clock: Clock
+    period: Duration
+    ticks: int | None = None
+
+
 class ControlLoop:
     """The step that the tick engine calls. Nothing in it waits for anybody."""
 
@@ -111,29 +119,24 @@ class ControlLoop:
         self,
         host: Host,
         link: LinkKeeper,
-        telemetry: Telemetry,
-        commands: RingReader,
-        service_alive: Callable[[], bool],
-        clock: Clock,
-        period: Duration,
-        duration_ticks: int | None = None,
+        service: ServiceEnd,
+        time: LoopTime,
         pass_over: Callable[[int], None] | None = None,
-        heartbeat: Heartbeat | None = None,
         first_test: FirstTest | None = None,
     ) -> None:
         """`pass_over(periods)` is called when ticks were skipped: a virtual antenna in this process has to go on
-        meanwhile. Without a `heartbeat` a service process that hangs is not noticed.
+        meanwhile.
         """
+        period = time.period
         self._host = host
         self._link = link
-        self._telemetry = telemetry
-        self._commands = commands
-        self._service_alive = service_alive
-        self._clock = clock
+        self._service = service
+        self._telemetry = service.telemetry
+        self._commands = service.commands
+        self._clock = time.clock
         self._period_ns = period.ns
-        self._last_tick = sys.maxsize if duration_ticks is None else duration_ticks
+        self._last_tick = sys.maxsize if time.ticks is None else time.ticks
         self._pass_over = pass_over
-        self._heartbeat = heartbeat
         self._first_test = first_test
         self._service_check_ticks = max(1, _SERVICE_CHECK // period)
         self._leave_ticks = max(1, _LEAVE_TIMEOUT // period)
@@ -326,21 +329,10 @@ class ControlLoop:
         self._telemetry.event(at, at * self._period_ns, kind, text, data)
 
     def _watch_service(self) -> None:
-        if not self._service_gone and not self._service_alive():
+        trouble = None if self._service_gone else self._service.trouble(self._clock)
+        if trouble is not None:
             self._service_gone = True
-            self._ask(
-                LoopEnd(
-                    EXIT_SAFETY_STOP,
-                    "the service process has died: nothing is recorded and no operator can reach the daemon",
-                )
-            )
-        if not self._service_gone and self._heartbeat is not None and self._heartbeat.missed(self._clock.now()):
-            self._service_gone = True
-            self._ask(
-                LoopEnd(
-                    EXIT_SAFETY_STOP, f"{self._heartbeat}: nothing is recorded and no operator can reach the daemon"
-                )
-            )
+            self._ask(LoopEnd(EXIT_SAFETY_STOP, trouble))
 
     def _ask(self, ending: LoopEnd) -> None:
         if self._asked is None:

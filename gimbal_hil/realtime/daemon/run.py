@@ -38,11 +38,12 @@ from gimbal_hil.loop.timing import (
     real_time,
 )
 from gimbal_hil.realtime.daemon.antenna_link import EmbeddedLink, embedded_antenna, embedded_model
-from gimbal_hil.realtime.daemon.control_loop import ControlLoop, LoopEnd
+from gimbal_hil.realtime.daemon.control_loop import ControlLoop, LoopEnd, LoopTime
 from gimbal_hil.realtime.daemon.first_opening import opener_of
 from gimbal_hil.realtime.daemon.heartbeat import Heartbeat
 from gimbal_hil.realtime.daemon.link_keeper import LinkKeeper
 from gimbal_hil.realtime.daemon.lockstep_link import LockstepLink, open_in_lockstep
+from gimbal_hil.realtime.daemon.service_end import ServiceEnd
 from gimbal_hil.realtime.observing import observed_model
 from gimbal_hil.realtime.service import ServiceProcess, ServiceSettings
 from gimbal_hil.realtime.telemetry import Telemetry
@@ -158,9 +159,8 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
         pass_over = embedded.pass_over if embedded else None
         is_tried = _is_tried_first(settings, options.lockstep)
         tried = FirstTest(host, settings.step_s, _has_gyro(settings)) if is_tried else None
-        loop = ControlLoop(
-            host, link, telemetry, service.commands, service.alive, clock, period, ticks, pass_over, heartbeat, tried
-        )
+        service_end = ServiceEnd(telemetry, service.commands, service.alive, heartbeat)
+        loop = ControlLoop(host, link, service_end, LoopTime(clock, period, ticks), pass_over, tried)
         if later is not None and embedded is not None:
             embedded.becomes(*later, loop.tell_note)
         engine = TickEngine(

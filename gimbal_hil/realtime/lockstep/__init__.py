@@ -2,7 +2,7 @@
 run.
 """
 
-from gimbal_hil.realtime.lockstep.flight_path import FlightPath
+from gimbal_hil.realtime.lockstep.flight_path import ErringNavigation, FlightPath, FlownBase
 from gimbal_hil.realtime.lockstep.flight_run import ERROR_COLUMNS, SILENT
 from gimbal_hil.realtime.lockstep.law_run import LawPath
 from gimbal_hil.realtime.lockstep.paths import CHUNK_ROWS, CompiledPath, Exchange, FramePath, Lockstep, Recorded, joined
@@ -13,8 +13,10 @@ __all__ = [
     "ERROR_COLUMNS",
     "SILENT",
     "CompiledPath",
+    "ErringNavigation",
     "Exchange",
     "FlightPath",
+    "FlownBase",
     "FramePath",
     "LawPath",
     "Lockstep",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,32 +16,46 @@ from sim_backend.model import AntennaModel, base_rows
 Table = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class FlownBase:
+    """The base's motion, a row every `row_s` seconds: `attitude` (n, 3), rad, and `pivot` (n, 3), m/s^2."""
+
+    attitude: Table
+    pivot: Table
+    row_s: float
+
+
+@dataclass(frozen=True)
+class ErringNavigation:
+    """Errors (m, ERROR_COLUMNS) of a navigation at `told_hz`, whose attitudes are `hidden_s` older than they say."""
+
+    errors: NDArray[np.int64]
+    hidden_s: float
+    told_hz: float
+
+
 class FlightPath(CompiledPath):
-    """`attitude` (n, 3), rad, and `pivot` (n, 3), m/s^2, are the base's motion, a row every `row_s` seconds; `errors`
-    (m, ERROR_COLUMNS) those of navigation at `told_hz`, whose attitudes are `hidden_s` older than they say.
-    """
+    """Host and virtual antenna on such a base, with such a navigation."""
 
     def __init__(
         self,
         settings: DaemonSettings,
         model: AntennaModel,
         seed: int,
-        attitude: Table,
-        pivot: Table,
-        row_s: float,
-        errors: NDArray[np.int64],
-        hidden_s: float,
-        told_hz: float,
+        base: FlownBase,
+        navigation: ErringNavigation,
     ) -> None:
         super().__init__(settings, model, seed)
-        device, rows = self.device, base_rows(attitude, pivot, row_s)
+        device, rows, row_s = self.device, base_rows(base.attitude, base.pivot, base.row_s), base.row_s
+        hidden_s = navigation.hidden_s
         device.K[BASE_KIND], device.K[BASE_ROWS] = BaseKind.RECORDED, len(rows)
         device.K[BASE_TABLE], device.P[BASE_ROW_S] = len(device.P), row_s
         # older by that, and said to be as old as the model says
         device.P[INS_AGE_S] += hidden_s
         device.P = np.concatenate([device.P, rows.ravel()])
-        self._errors = errors
-        self._each, self._late = round(settings.rate_hz / told_hz), round(hidden_s * settings.rate_hz * FRACTIONS)
+        self._errors = navigation.errors
+        self._each = round(settings.rate_hz / navigation.told_hz)
+        self._late = round(hidden_s * settings.rate_hz * FRACTIONS)
         self._truth = np.zeros((round(len(rows) * row_s * settings.rate_hz), TRUE_COLUMNS))
 
     def fly(self, ticks: int, until_done: bool = True) -> None:

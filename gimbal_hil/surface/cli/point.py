@@ -283,24 +283,15 @@ def _tell(judged: _Judged, beyond_rad: float, folder: Path, run: Path | None, as
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO
-    from gimbal_hil.pointing.following import held_trace, pointing_figures, summary, write_page
+    from gimbal_hil.pointing.following import HeldTarget, held_trace, pointing_figures, summary, write_page
     from gimbal_hil.surface.cli.following import after_point, print_next
 
     trace = held_trace(
         judged.log, judged.target, judged.first_row_tick, judged.span, judged.changes, judged.truth, judged.looks
     )
     figures = pointing_figures(trace, judged.changes, beyond_rad)
-    page = write_page(
-        folder / "report.html",
-        judged.target.name,
-        judged.where,
-        trace,
-        figures,
-        judged.changes,
-        beyond_rad,
-        judged.about,
-        judged.log.record.header.axes,
-    )
+    held = HeldTarget(judged.target.name, judged.where, judged.about, judged.log.record.header.axes)
+    page = write_page(folder / "report.html", held, trace, figures, judged.changes, beyond_rad)
     document: dict[str, object] = {"target": judged.target.name, "run": str(run or folder), **figures.as_dict()}
     document["boresight"] = judged.looks.value
     if judged.sync is not None:

@@ -61,12 +61,13 @@ def _blocks() -> None:
 
 def _flights() -> None:
     from gimbal_hil.loop.settings import shipped_settings
-    from gimbal_hil.realtime.lockstep import ERROR_COLUMNS, FlightPath
+    from gimbal_hil.realtime.lockstep import ERROR_COLUMNS, ErringNavigation, FlightPath, FlownBase
     from sim_backend.model import shipped_model
 
     still = np.zeros((8, 3))
-    errors = np.zeros((1, ERROR_COLUMNS), dtype=np.int64)
-    FlightPath(shipped_settings(), shipped_model(), 0, still, still, _PERIOD_S, errors, 0.0, 1.0 / _PERIOD_S).fly(1)
+    base = FlownBase(still, still, _PERIOD_S)
+    navigation = ErringNavigation(np.zeros((1, ERROR_COLUMNS), dtype=np.int64), 0.0, 1.0 / _PERIOD_S)
+    FlightPath(shipped_settings(), shipped_model(), 0, base, navigation).fly(1)
 
 
 def _laws() -> None:

@@ -36,6 +36,22 @@ class Weighing:
 
 
 @dataclass(frozen=True)
+class FitRule:
+    """How far a fit goes: rounds at most, until a round takes less than the share `enough` of the cost. Known numbers
+    stay within `leash` times their uncertainty. A newest cause that stands where the cost is above `ceiling`, that of
+    the state it was added to, is led back towards neutral first.
+    """
+
+    rounds: int = 6
+    leash: float = 1.0
+    enough: float = 1e-4
+    ceiling: float | None = None
+
+
+_USUAL = FitRule()
+
+
+@dataclass(frozen=True)
 class Fit:
     """A hypothesis at its best coordinates: residual (rows, channels) in floors, its Jacobian (rows * channels,
     coordinates).
@@ -66,24 +82,20 @@ def fit(
     hypothesis: Hypothesis,
     floor: Floats,
     weighing: Weighing,
-    rounds: int = 6,
+    rule: FitRule = _USUAL,
     known: Floats | None = None,
-    leash: float = 1.0,
-    enough: float = 1e-4,
-    ceiling: float | None = None,
     earlier: Floats | None = None,
 ) -> Fit:
     """Fit a hypothesis to a twin's logs from where it stands.
 
-    Known numbers stay within `leash` times their uncertainty. `known` are the columns of their Jacobian, and `earlier`
-    those of the first causes, where they have been computed before: they hardly change. A newest cause that stands
-    where the cost is above `ceiling`, that of the state it was added to, is led back towards neutral first.
+    `known` are the columns of the known numbers' Jacobian, and `earlier` those of the first causes, where they have
+    been computed before: they hardly change.
     """
     hypothesis = aligned(twin, hypothesis, floor, weighing.scale)
     weights = prior_weights(hypothesis)
     channels = len(twin.channels)
     per_row = 1.0 / (np.array(weighing.scale) * weighing.spread)
-    low, high = bounds_of(hypothesis, leash)
+    low, high = bounds_of(hypothesis, rule.leash)
     start = hypothesis.vector()
     held_at = _held_at(hypothesis, start)
     shaping = _shaping(hypothesis)
@@ -115,9 +127,9 @@ def fit(
         before, after = (np.zeros((len(rows), 0)) if part is None else part for part in given)
         return np.vstack([np.column_stack([before, *own, after]), np.diag(weights)])
 
-    if ceiling is not None:
-        start = _led_back(hypothesis, start, ceiling, lambda x: float(np.sum(residual_at(x) ** 2)))
-    found = bounded_fit(residual_at, jacobian_at, start, low, high, rounds, enough)
+    if rule.ceiling is not None:
+        start = _led_back(hypothesis, start, rule.ceiling, lambda x: float(np.sum(residual_at(x) ** 2)))
+    found = bounded_fit(residual_at, jacobian_at, start, low, high, rule.rounds, rule.enough)
     here = hypothesis.at(found.x)
     n = len(found.residual) - len(start)
     unweighed = np.tile(1.0 / per_row, n // channels)

@@ -14,6 +14,7 @@ from gimbal_hil.knowledge.discrepancy.hypotheses import (
     BROKEN,
     Family,
     Fit,
+    FitRule,
     Hypothesis,
     Weighing,
     aligned,
@@ -164,7 +165,7 @@ def refitted(inquiry: Inquiry, state: State, hypothesis: Hypothesis, rounds: int
     """Another hypothesis, fitted from where it stands with the weights of a state."""
     known = inquiry.known if hypothesis.floating else None
     weighing = weighing_of(inquiry, state)
-    return state_of(inquiry, fit(inquiry.twin, hypothesis, inquiry.floor, weighing, rounds, known, leash))
+    return state_of(inquiry, fit(inquiry.twin, hypothesis, inquiry.floor, weighing, FitRule(rounds, leash), known))
 
 
 def settled(inquiry: Inquiry, state: State) -> State:
@@ -172,7 +173,7 @@ def settled(inquiry: Inquiry, state: State) -> State:
     say clearly.
     """
     weighing = weighing_of(inquiry, state)
-    found = fit(inquiry.selectable, state.hypothesis, inquiry.floor, weighing, rounds=10, enough=1e-6)
+    found = fit(inquiry.selectable, state.hypothesis, inquiry.floor, weighing, FitRule(10, enough=1e-6))
     rows = sum(inquiry.row_counts)
     channels = found.residual.shape[1]
     return state_of(

@@ -14,6 +14,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy.hypotheses import (
     Fit,
+    FitRule,
     Hypothesis,
     KnownNumber,
     Weighing,
@@ -234,7 +235,7 @@ def _in_band(model: AntennaModel, taught: _Logs, asked: _Logs, widest: float) ->
 def as_stated(inquiry: Inquiry) -> State:
     """The model as its file has it."""
     alone = Weighing((1.0,) * len(inquiry.twin.channels), 1.0)
-    return state_of(inquiry, fit(inquiry.twin, Hypothesis(), inquiry.floor, alone, 0))
+    return state_of(inquiry, fit(inquiry.twin, Hypothesis(), inquiry.floor, alone, FitRule(0)))
 
 
 def recalibrated(inquiry: Inquiry, stated: State) -> tuple[Inquiry, State]:
@@ -246,7 +247,7 @@ def recalibrated(inquiry: Inquiry, stated: State) -> tuple[Inquiry, State]:
     all_of_them = known_numbers(inquiry.twin.model)
     if not all_of_them:
         return inquiry, stated
-    first = fit(inquiry.twin, _floating(all_of_them), inquiry.floor, weighing, 1)
+    first = fit(inquiry.twin, _floating(all_of_them), inquiry.floor, weighing, FitRule(1))
     kept = tuple(known for j, known in enumerate(all_of_them) if _reach(first, j, known, inquiry.twin) > _INERT)
     if not kept:
         return inquiry, stated

@@ -8,7 +8,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from gimbal_hil.knowledge.discrepancy.hypotheses import fit, prior_weights, values_of
+from gimbal_hil.knowledge.discrepancy.hypotheses import FitRule, fit, prior_weights, values_of
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State, weighing_of
 from gimbal_hil.knowledge.discrepancy.twin import Floats
 from gimbal_hil.knowledge.estimation import block_sums
@@ -37,7 +37,7 @@ def covariance(inquiry: Inquiry, state: State) -> Floats:
 
 def _covariance(inquiry: Inquiry, state: State) -> Floats:
     weighing = weighing_of(inquiry, state)
-    found = fit(inquiry.selectable, state.hypothesis, inquiry.floor, weighing, rounds=1)
+    found = fit(inquiry.selectable, state.hypothesis, inquiry.floor, weighing, FitRule(1))
     hypothesis = state.hypothesis
     per_row = np.tile(1.0 / (np.array(weighing.scale) * weighing.spread), len(found.residual))
     jacobian, residual = found.jacobian * per_row[:, None], found.residual.ravel() * per_row

@@ -8,7 +8,16 @@ from itertools import repeat
 
 import numpy as np
 
-from gimbal_hil.knowledge.discrepancy.hypotheses import Cause, Family, Fit, Hypothesis, Weighing, fit, weighed_cost
+from gimbal_hil.knowledge.discrepancy.hypotheses import (
+    Cause,
+    Family,
+    Fit,
+    FitRule,
+    Hypothesis,
+    Weighing,
+    fit,
+    weighed_cost,
+)
 from gimbal_hil.knowledge.discrepancy.inquiry import MOST_ENTRIES, Inquiry, State, refitted, state_of, weighing_of
 from gimbal_hil.knowledge.discrepancy.search.comparing import advantage
 from gimbal_hil.knowledge.discrepancy.search.screening import Proposal, Response, propose, respond
@@ -137,11 +146,8 @@ def _refined(
             chosen,
             repeat(inquiry.floor),
             repeat(weighing),
-            repeat(rounds),
+            repeat(FitRule(rounds, ceiling=ceiling if rounds == _FIRST else None)),
             known,
-            repeat(1.0),
-            repeat(1e-4),
-            repeat(ceiling if rounds == _FIRST else None),
             repeat(earlier),
         )
         return list(inquiry.executor.map(fit, *work))
