@@ -15,8 +15,9 @@ import llvmlite.binding as llvm
 from numba.core.registry import CPUDispatcher
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 
-_OPTIONS: dict[str, Any] = {
+_OPTIONS: Json = {
     "error_model": "numpy",
     "_nrt": False,
     "nopython": True,

@@ -25,13 +25,16 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 from pydantic import Field
 
 from firmware_protocol.adapters.signal_span import UNITS, span_of, spelled_as, step_of
 from firmware_protocol.documents import Strict, read_yaml, validated
 from firmware_protocol.errors import BadInputError
+
+if TYPE_CHECKING:
+    from cantools.database.can import Database
 
 KINDS = {
     "position": ("rad", "deg", "turn"),
@@ -193,7 +196,7 @@ class DriveMap(Strict):
         return {ref.message for ref in self.feedback.given().values()} | {self.power.message}
 
 
-def load_map(path: Path) -> tuple[DriveMap, Any]:
+def load_map(path: Path) -> tuple[DriveMap, Database]:
     """A map and its DBC (of cantools); BadInputError names file and key of what is wrong or not in the DBC."""
     found = validated(DriveMap, read_yaml(path, _EXPECTED), str(path))
     try:
@@ -202,7 +205,7 @@ def load_map(path: Path) -> tuple[DriveMap, Any]:
         raise BadInputError(str(path), "needs the package cantools", "pip install 'gimbal-hil[dbc]'") from None
     place = path.parent / found.dbc
     try:
-        database = cantools.database.load_file(place, database_format="dbc")
+        database = cast("Database", cantools.database.load_file(place, database_format="dbc"))
     except Exception as error:  # cantools has errors of its own for every line that it cannot read
         raise BadInputError(f"{path}: dbc", f"{place} cannot be read: {error}", "a DBC file beside the map") from None
     _require_signals(found, database, path)
@@ -249,7 +252,7 @@ def identifiers(path: Path, drive_id: int) -> frozenset[int]:
     return frozenset(used)
 
 
-def _require_signals(found: DriveMap, database: Any, path: Path) -> None:
+def _require_signals(found: DriveMap, database: Database, path: Path) -> None:
     named = found.quantities()
     for key, ref in named.items():
         units = KINDS[key.rpartition(".")[2]]
@@ -274,7 +277,7 @@ def _require_signals(found: DriveMap, database: Any, path: Path) -> None:
         )
 
 
-def _require_unit(key: str, ref: SignalRef, database: Any, path: Path) -> None:
+def _require_unit(key: str, ref: SignalRef, database: Database, path: Path) -> None:
     """The DBC's own unit is that of the map, and a position has a step that an encoder can have."""
     signal = database.get_message_by_name(ref.message).get_signal_by_name(ref.signal)
     told = spelled_as(signal.unit)
@@ -301,7 +304,7 @@ def _require_unit(key: str, ref: SignalRef, database: Any, path: Path) -> None:
         )
 
 
-def _require_words(found: DriveMap, database: Any, path: Path) -> None:
+def _require_words(found: DriveMap, database: Database, path: Path) -> None:
     """No word means two things: least of all one that lets go, or stops, and the one for torque."""
     words = found.enable.words()
     others = [key for key, word in words.items() if key != "on" and word == found.enable.on]
@@ -323,7 +326,7 @@ def _require_words(found: DriveMap, database: Any, path: Path) -> None:
         raise BadInputError(f"{path}: power.on", "is empty", "the words of a drive that has torque")
 
 
-def _require_checksums(found: DriveMap, database: Any, path: Path) -> None:
+def _require_checksums(found: DriveMap, database: Database, path: Path) -> None:
     """A CRC is a byte of its own, as it is."""
     for name, guard in found.messages.items():
         if guard.crc is None:
@@ -337,7 +340,7 @@ def _require_checksums(found: DriveMap, database: Any, path: Path) -> None:
             )
 
 
-def _require_sendable(found: DriveMap, database: Any, path: Path) -> None:
+def _require_sendable(found: DriveMap, database: Database, path: Path) -> None:
     """Whatever is sent fits the bits of its signal."""
     message = database.get_message_by_name(found.torque.message)
     if message.length > _FRAME_BYTES:

@@ -10,14 +10,19 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, cast
 
 from firmware_protocol.adapters.dbc_map import MessageRef, SignalRef, load_map
 from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
 from firmware_protocol.adapters.signal_span import not_there, span_of
 from firmware_protocol.adapters.spoken import Spoken
 from firmware_protocol.errors import BadInputError, refused_below
+from firmware_protocol.json_object import Json
 from firmware_protocol.links import CanFrame, DriveSection
+
+if TYPE_CHECKING:
+    from cantools.database.can import Message
+    from cantools.database.can.signal import Signal
 
 _GIVES = {
     "rate": Gives.RATE,
@@ -141,7 +146,7 @@ class MappedDrive:
             return False
         self._silent[message.name] = 0
         self._lost -= {message.name}
-        changes: dict[str, Any] = {}
+        changes: Json = {}
         for name, ref in self._given.items():
             if ref.message == message.name and ref.signal in values:
                 changes |= self._taken(name, ref, float(values[ref.signal]))
@@ -154,7 +159,7 @@ class MappedDrive:
         self._judge()
         return True
 
-    def _taken(self, name: str, ref: SignalRef, value: float) -> dict[str, Any]:
+    def _taken(self, name: str, ref: SignalRef, value: float) -> Json:
         """The fields of a sample that a value changes; one that says nothing counts as told, and changes none."""
         fresh = {"updates": self.sample.updates + 1} if name == "position" else {}
         if not self._spans[name].holds(value) or value in self._no_values[name]:
@@ -184,7 +189,8 @@ class MappedDrive:
         """
         power = self._map.power
         if word in power.fault or not word.is_integer():
-            name = (self._signal(power.message, power.signal).choices or {}).get(word)
+            named = cast("dict[float, object]", self._signal(power.message, power.signal).choices or {})
+            name = named.get(word)
             said = f"{power.message}.{power.signal} = {word:g}" + (f" ({name})" if name else "")
             return Power.FAULT if word in power.fault else Power.REACTING, said
         if word in power.stopping:
@@ -201,14 +207,14 @@ class MappedDrive:
             power = Power.REACTING if power.is_powered else Power.FAULT
         self.sample = replace(self.sample, power=power, fault=", ".join(reasons))
 
-    def _signal(self, message: str, signal: str) -> Any:
+    def _signal(self, message: str, signal: str) -> Signal:
         return self._database.get_message_by_name(message).get_signal_by_name(signal)
 
-    def _values(self, message: Any, data: bytes) -> Mapping[str, float] | None:
+    def _values(self, message: Message, data: bytes) -> Mapping[str, float] | None:
         """Signals of a frame whose CRC is good and whose counter moved on; behind a selector those that it carries."""
         guard = self._map.messages.get(message.name, MessageRef())
         try:
-            values: dict[str, float] = message.decode(data, decode_choices=False)
+            values = cast("dict[str, float]", message.decode(data, decode_choices=False))
         except Exception:  # too short, or a selector that the DBC does not know
             return None
         if guard.crc is not None and (
@@ -281,7 +287,7 @@ _FIELDS = {
 }
 
 
-def _without(message: Any, signal: str, data: bytes) -> bytes:
+def _without(message: Message, signal: str, data: bytes) -> bytes:
     """The bytes of a frame without that of its CRC."""
     place = message.get_signal_by_name(signal).start // 8
     return data[:place] + data[place + 1 :]

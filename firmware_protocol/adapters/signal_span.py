@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cantools.database.can.signal import Signal
 
 #: factor of a unit to SI
 UNITS = {
@@ -41,7 +44,7 @@ class Span:
         return math.isfinite(value) and self.low <= value <= self.high
 
 
-def span_of(signal: Any, by_bits: bool = False) -> Span:
+def span_of(signal: Signal, by_bits: bool = False) -> Span:
     """What the bits of a signal can carry, and with that the range that the DBC states, unless it says [0|0]."""
     if signal.is_float:
         low, high = -math.inf, math.inf
@@ -60,7 +63,7 @@ def span_of(signal: Any, by_bits: bool = False) -> Span:
     return Span(low if stated[0] is None else max(low, stated[0]), high if stated[1] is None else min(high, stated[1]))
 
 
-def step_of(signal: Any) -> float:
+def step_of(signal: Signal) -> float:
     """One count, physical; nothing for a float."""
     return 0.0 if signal.is_float else float(signal.scale)
 
@@ -71,7 +74,7 @@ def spelled_as(unit: str | None) -> str | None:
     return _SPELLINGS.get(plain)
 
 
-def not_there(signal: Any) -> frozenset[float]:
+def not_there(signal: Signal) -> frozenset[float]:
     """Physical values that the value table of a signal calls invalid or not available."""
     found = set()
     for raw, word in (signal.choices or {}).items():

@@ -8,14 +8,15 @@ from typing import Any
 
 from firmware_protocol.documents.limits import LIMITS, DocumentLimits, number_problem, read_text, text_of, text_problem
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 
 
-def read_json(path: Path, expected: str, limits: DocumentLimits = LIMITS) -> dict[str, Any]:
+def read_json(path: Path, expected: str, limits: DocumentLimits = LIMITS) -> Json:
     """The one JSON object in a file; BadInputError names the file, the place and what was expected."""
     return json_line(read_text(path, expected, limits), str(path), expected, limits)
 
 
-def json_line(data: bytes | str, where: str, expected: str, limits: DocumentLimits = LIMITS) -> dict[str, Any]:
+def json_line(data: bytes | str, where: str, expected: str, limits: DocumentLimits = LIMITS) -> Json:
     """The one JSON object that a text holds; BadInputError as in `read_json`."""
     text = text_of(data, where, expected, limits)
     if text.count(",") > limits.values:
@@ -42,7 +43,7 @@ class _RefusedError(Exception):
     pass
 
 
-def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _each_key_once(pairs: list[tuple[str, Any]]) -> Json:
     table = dict(pairs)
     if len(table) < len(pairs):
         seen: set[str] = set()
@@ -56,7 +57,7 @@ def _plain_numbers(values: list[Any]) -> bool:
     return set(map(type, values)) <= {float, int} and all(abs(value) < 1e30 for value in values)
 
 
-def _check(document: dict[str, Any], where: str, expected: str, limits: DocumentLimits) -> None:
+def _check(document: Json, where: str, expected: str, limits: DocumentLimits) -> None:
     """Depth, count, numbers and texts; level by level, so that no nesting can exhaust the stack."""
     level: list[tuple[str, Any]] = [("", document)]
     count = 0

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.documents.limits import LIMITS, DocumentLimits, number_problem, read_text, text_of, text_problem
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 
 if TYPE_CHECKING:
     from yaml.events import Event
@@ -35,12 +36,12 @@ _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _NO_KEY = object()
 
 
-def read_yaml(path: Path, expected: str, limits: DocumentLimits = LIMITS) -> dict[str, Any]:
+def read_yaml(path: Path, expected: str, limits: DocumentLimits = LIMITS) -> Json:
     """The table of keys in a YAML file; BadInputError names the file, the line and what was expected."""
     return yaml_mapping(read_text(path, expected, limits), str(path), expected, limits)
 
 
-def yaml_mapping(data: bytes | str, where: str, expected: str, limits: DocumentLimits = LIMITS) -> dict[str, Any]:
+def yaml_mapping(data: bytes | str, where: str, expected: str, limits: DocumentLimits = LIMITS) -> Json:
     """The table of keys that a YAML text holds; BadInputError as in `read_yaml`."""
     import yaml
 
@@ -76,7 +77,7 @@ def _line(event: Event) -> int:
 class _Open:
     """A table or list that is being read; `values` counts what is in it, `depth` how deep it goes below itself."""
 
-    content: dict[str, Any] | list[Any]
+    content: Json | list[Any]
     anchor: str | None
     key: Any = _NO_KEY
     lines: dict[str, int] = field(default_factory=dict)

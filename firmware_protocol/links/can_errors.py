@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import shutil
 import subprocess
-from typing import Any
+
+from firmware_protocol.json_object import Json
 
 #: bits of an error frame's identifier
 _CLASSES = {
@@ -44,7 +45,7 @@ def interface_problems(channel: str, bitrate: int) -> list[str]:
     return [problem for one in told if isinstance(one, dict) for problem in problems_of(one, channel, bitrate)]
 
 
-def problems_of(told: dict[str, Any], channel: str, bitrate: int) -> list[str]:
+def problems_of(told: Json, channel: str, bitrate: int) -> list[str]:
     """The same of one entry of `ip -json -details link show`."""
     data = (told.get("linkinfo") or {}).get("info_data") or {}
     found = []

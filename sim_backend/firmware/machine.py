@@ -13,6 +13,7 @@ import subprocess
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from firmware_protocol.errors import BadInputError
@@ -78,7 +79,7 @@ def run_tool(folder: Path, *words: str) -> str:
     return done.stdout
 
 
-def _unicorn() -> Any:
+def _unicorn() -> ModuleType:
     """The emulator, which has no types."""
     try:
         return importlib.import_module("unicorn")

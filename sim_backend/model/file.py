@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, field_validator, model_validator
 
 from firmware_protocol.documents import Strict, read_yaml
+from firmware_protocol.json_object import Json
 from sim_backend.boresight import Boresight
 from sim_backend.carrying import in_order, require_plain_names
 from sim_backend.model.laws import LawKind
@@ -103,7 +104,7 @@ class EffectSection(Strict):
             return {**given, "name": str(given["kind"])}
         return given
 
-    def amounts(self) -> dict[str, Any]:
+    def amounts(self) -> Json:
         """The parameters as they stand in the file."""
         return dict(self.model_extra or {})
 
@@ -127,13 +128,13 @@ class ModelFile(Strict):
     base: BaseSection = BaseSection()
     #: axis name -> nested numbers, checked against the table in numbers.py, and `parent:`, the axis that carries this
     #: one; in the order in which they carry one another, whatever the file's
-    axes: dict[str, dict[str, Any]]
+    axes: dict[str, Json]
     effects: tuple[EffectSection, ...] = ()
     thesis_slips: tuple[str, ...] = ()
 
     @field_validator("axes")
     @classmethod
-    def _carrying_first(cls, axes: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    def _carrying_first(cls, axes: dict[str, Json]) -> dict[str, Json]:
         require_plain_names(axes)
         parents = {name: section.get(PARENT) for name, section in axes.items()}
         if any(parent is not None and not isinstance(parent, str) for parent in parents.values()):
@@ -141,6 +142,6 @@ class ModelFile(Strict):
         return {name: axes[name] for name in in_order(parents)} if len(axes) == 2 else axes
 
 
-def read_document(path: Path) -> dict[str, Any]:
+def read_document(path: Path) -> Json:
     """The YAML document of a file as a mapping; BadInputError names the file and the line where it cannot be read."""
     return read_yaml(path, "a model file with the keys schema, name, kind, axes")

@@ -15,12 +15,13 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from firmware_protocol.documents import Strict, validated
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from sim_backend.effects import STACK, Operation
 from sim_backend.model.laws import UNIT_OF, UNIT_OVER, ActsOn, Law, LawKind, LawProgram, Over, known_to, put_variable
 
@@ -82,7 +83,7 @@ class FormulaSection(Strict):
     source: str | None = None
 
 
-def formula_of(document: dict[str, Any], where: str, is_linear: bool) -> Law:
+def formula_of(document: Json, where: str, is_linear: bool) -> Law:
     """A `kind: formula` entry as a law; BadInputError names the key that is wrong."""
     section = validated(FormulaSection, document, where)
     numbers = {name: (number.value, number.unit) for name, number in section.numbers.items()}

@@ -6,13 +6,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
 
 from firmware_protocol.documents import Strict, validated
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from sim_backend.effects import OPERATION_SIZE, Given, Operation, states_of
 
 #: knots of a curve, and of either variable of a surface
@@ -156,7 +157,7 @@ class Law:
     states: int
 
 
-def curve_of(document: dict[str, Any], where: str, is_linear: bool) -> Law:
+def curve_of(document: Json, where: str, is_linear: bool) -> Law:
     """A `kind: curve` entry as a law; BadInputError names the key that is wrong."""
     section = validated(CurveSection, document, where)
     over = section.over if isinstance(section.over, tuple) else (section.over,)

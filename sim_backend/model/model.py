@@ -18,6 +18,7 @@ from pydantic import ValidationError
 
 from firmware_protocol.documents import Refusals, validated, yaml_text
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from sim_backend.effects import LAWS, Effect, effect_named
 from sim_backend.model.file import PARENT, EffectSection, ModelFile, ModelKind, Quantity, read_document
 from sim_backend.model.formula import formula_of
@@ -58,7 +59,7 @@ class AntennaModel:
     """A validated model: file form, numbers per axis and path, effects, and where it came from."""
 
     file: ModelFile
-    document: dict[str, Any] = field(repr=False)
+    document: Json = field(repr=False)
     where: str
     numbers: Mapping[tuple[str, str], Quantity] = field(repr=False)
     effects: tuple[EffectEntry, ...]
@@ -198,7 +199,7 @@ class AntennaModel:
 
     def _entry(
         self, effect: Effect, parameters: Mapping[str, float], source: str | None, uncertainties: Mapping[str, float]
-    ) -> dict[str, Any]:
+    ) -> Json:
         """Parameters as a model file has them."""
         found = {}
         for parameter in effect.parameters:
@@ -248,7 +249,7 @@ def load_model(path: Path | str) -> AntennaModel:
     return model_from_document(read_document(path), str(path))
 
 
-def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
+def model_from_document(document: Json, where: str) -> AntennaModel:
     """Check a document that has the form of a model file; `where` names it in errors."""
     document = _in_its_section(document)
     file = validated(ModelFile, document, where)
@@ -306,7 +307,7 @@ def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
     return model
 
 
-def _in_its_section(document: dict[str, Any]) -> dict[str, Any]:
+def _in_its_section(document: Json) -> Json:
     """The document with a torque constant that stands on an axis itself put where the actuator's numbers are."""
     axes = document.get("axes")
     if not isinstance(axes, dict) or not any(
@@ -321,7 +322,7 @@ def _in_its_section(document: dict[str, Any]) -> dict[str, Any]:
     return document
 
 
-def _axis_numbers(section: dict[str, Any], axis: str, file: ModelFile, where: str) -> dict[tuple[str, str], Quantity]:
+def _axis_numbers(section: Json, axis: str, file: ModelFile, where: str) -> dict[tuple[str, str], Quantity]:
     given = dict(_leaves(section, ""))
     found: dict[tuple[str, str], Quantity] = {}
     refusals = Refusals()
@@ -370,7 +371,7 @@ def _quantity(raw: Any, place: str, unit: str, low: float, high: float) -> Quant
     return quantity
 
 
-def _written(value: float, unit: str, source: str | None, uncertainty: float | str | None) -> dict[str, Any]:
+def _written(value: float, unit: str, source: str | None, uncertainty: float | str | None) -> Json:
     """A number as it stands in a file."""
     kept = {"source": source, "uncertainty": uncertainty}
     return {"value": float(value), "unit": unit} | {key: item for key, item in kept.items() if item is not None}

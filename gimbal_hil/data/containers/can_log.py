@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup, broken, from_first, missing
 
 _CANDUMP = re.compile(rb"\A\s*\(\d+\.\d+\)\s+\S+\s+[0-9A-Fa-f]{3,8}#")
@@ -35,7 +36,7 @@ def read_can_log(path: Path) -> Contents:
         database: Any = cantools.database.load_file(beside)
     except Exception as error:  # the parser raises whatever a damaged line ran into
         raise broken(beside, "DBC file", error) from error
-    rows: dict[str, list[tuple[float, dict[str, Any]]]] = {}
+    rows: dict[str, list[tuple[float, Json]]] = {}
     unknown: set[int] = set()
     undecoded = 0
     for stamp, identifier, data in _frames(path):
@@ -98,7 +99,7 @@ def _frames(path: Path) -> list[tuple[float, int, bytes]]:
 def _contents(
     path: Path,
     database: Any,
-    rows: dict[str, list[tuple[float, dict[str, Any]]]],
+    rows: dict[str, list[tuple[float, Json]]],
     dbc: Path,
     unknown: set[int],
     undecoded: int,

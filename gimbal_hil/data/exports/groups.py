@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import TICK_ROW, RecordedRun, columns_of, require_frames, stored_name
 from gimbal_hil.data.signals import SignalsTable, unit_of
 from gimbal_hil.loop.control import Mode
@@ -42,7 +43,7 @@ class ExportedSignal:
     """One signal of a group: values (n,), its unit, and names of its values where they are an enumeration."""
 
     name: str
-    values: NDArray[Any]
+    values: NDArray[np.generic]
     unit: str = ""
     #: value -> name; empty for numbers
     labels: dict[int, str] | None = None
@@ -104,7 +105,7 @@ def _of_table(run: RecordedRun, table: SignalsTable) -> list[Group]:
 
 def _of_ticks(run: RecordedRun) -> Group:
     axes = run.record.header.axes
-    enumerations: dict[str, Any] = {
+    enumerations: Json = {
         "host_state": HostState,
         "link_status": LinkStatus,
         "mode_outer": Mode,
@@ -126,7 +127,7 @@ def _of_ticks(run: RecordedRun) -> Group:
     return Group(HOST, run.ticks["time_ns"].astype(np.int64), tuple(channels))
 
 
-def _counted(name: str, values: NDArray[Any], kind: type[IntEnum] | type[IntFlag] | None) -> ExportedSignal:
+def _counted(name: str, values: NDArray[np.generic], kind: type[IntEnum] | type[IntFlag] | None) -> ExportedSignal:
     """A count, or an enumeration with the names of its values."""
     if kind is None:
         return ExportedSignal(name, values)
@@ -139,7 +140,7 @@ def _counted(name: str, values: NDArray[Any], kind: type[IntEnum] | type[IntFlag
     return ExportedSignal(name, values, labels=_with_strangers({int(one): one.name.lower() for one in kind}, values))
 
 
-def _with_strangers(labels: dict[int, str], values: NDArray[Any]) -> dict[int, str]:
+def _with_strangers(labels: dict[int, str], values: NDArray[np.generic]) -> dict[int, str]:
     """A value that has no name is its number."""
     return {value: str(value) for value in np.unique(values).tolist()} | labels
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.exports.groups import PROGRESS_ROWS, ExportedSignal, Group, Progress, missing_extra, start_ns
 from gimbal_hil.data.runs import RecordedRun
 
@@ -42,7 +43,7 @@ def export_mcap(run: RecordedRun, groups: tuple[Group, ...], path: Path, progres
     return sum(sizes)
 
 
-def schema_of(group: Group) -> dict[str, Any]:
+def schema_of(group: Group) -> Json:
     """JSON schema (draft 2020-12) of a group's records; `description` is the unit."""
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -53,7 +54,7 @@ def schema_of(group: Group) -> dict[str, Any]:
     }
 
 
-def _property(channel: ExportedSignal) -> dict[str, Any]:
+def _property(channel: ExportedSignal) -> Json:
     unit = {"description": channel.unit} if channel.unit else {}
     if channel.labels is not None:
         return {"type": "string"} | ({"enum": sorted(set(channel.labels.values()))} if channel.closed else {})

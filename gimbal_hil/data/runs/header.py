@@ -16,6 +16,7 @@ from typing import Any
 
 from firmware_protocol.documents import printable, read_yaml, yaml_text
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from firmware_protocol.schema import PROTOCOL_VERSION
 from firmware_protocol.version import __version__
 from gimbal_hil.data.runs.chain import plain_hash, sealed_with
@@ -103,7 +104,7 @@ def genesis_of(document: Mapping[str, Any]) -> str:
     return plain_hash({key: document.get(key) for key in _FIXED} | started | protocol)
 
 
-def _ending(document: Mapping[str, object]) -> dict[str, Any]:
+def _ending(document: Mapping[str, object]) -> Json:
     """What the seal binds besides the log."""
     return {key: document.get(key) for key in _AT_THE_END}
 
@@ -208,7 +209,7 @@ def _parse(path: Path, document: dict[str, object]) -> RunRecord:
     )
 
 
-def _exit_status(end: RunEnd) -> dict[str, Any]:
+def _exit_status(end: RunEnd) -> Json:
     status: dict[str, object] = {"code": end.exit_code, "reason": end.reason}
     return status | ({"adjusted": end.adjusted} if end.adjusted else {})
 
@@ -223,7 +224,7 @@ def _axes(path: Path, names: object) -> tuple[str, str]:
     return names[0], names[1]
 
 
-def _get(path: Path, table: dict[str, Any], key: str, kind: type, prefix: str = "") -> Any:
+def _get(path: Path, table: Json, key: str, kind: type, prefix: str = "") -> Any:
     value = table.get(key)
     if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
         problem = f"is {value!r}" if key in table else "is missing"
@@ -231,7 +232,7 @@ def _get(path: Path, table: dict[str, Any], key: str, kind: type, prefix: str = 
     return value
 
 
-def _plain(content: Mapping[str, object]) -> dict[str, Any]:
+def _plain(content: Mapping[str, object]) -> Json:
     plain: dict[str, object] = json.loads(json.dumps(printable(content)))
     return plain
 

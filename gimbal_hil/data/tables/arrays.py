@@ -7,6 +7,7 @@ import struct
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 from zipfile import BadZipFile
 
@@ -33,10 +34,10 @@ _BROKEN = (
     struct.error,
     zlib.error,
 )
-Cells = NDArray[Any] | Sequence[str | None]
+Cells = np.ndarray | Sequence[str | None]
 
 
-def parquet_module(path: Path) -> Any:
+def parquet_module(path: Path) -> ModuleType:
     """pyarrow's module for it; raises BadInputError where it is not installed."""
     try:
         import pyarrow.parquet
@@ -84,7 +85,7 @@ def _own_name(name: str, found: Mapping[str, object]) -> str:
     return "" if len(found) == 1 and name == "arr_0" else name
 
 
-def _spread(name: str, values: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]]]:
+def _spread(name: str, values: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
     if values.dtype.names:
         for field in values.dtype.names:
             yield from _spread(f"{name}.{field}" if name else field, np.asarray(values[field]))
@@ -95,7 +96,7 @@ def _spread(name: str, values: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]
         yield name, values
 
 
-def _cells(values: NDArray[Any]) -> Cells:
+def _cells(values: np.ndarray) -> Cells:
     if values.dtype.kind in "fiub":
         return np.asarray(values, np.float64)
     return seconds_of_array(values) if values.dtype.kind in "Mm" else values.astype(str).tolist()

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.change.comparing import ChangeKind, MachineComparison
 from gimbal_hil.knowledge.change.telling import document_of
 from gimbal_hil.knowledge.discrepancy import entries_of
@@ -61,7 +62,7 @@ def change_page(comparison: MachineComparison) -> Page:
     return Page("What changed", f"Model {comparison.start.name}; verdict: {verdict}", blocks)
 
 
-def _changes(document: dict[str, Any]) -> Table:
+def _changes(document: Json) -> Table:
     rows = []
     for entry in document["effects"]:
         against = entry["left_before"]
@@ -89,7 +90,7 @@ def _changes(document: dict[str, Any]) -> Table:
     )
 
 
-def _dismissed(document: dict[str, Any]) -> Table:
+def _dismissed(document: Json) -> Table:
     rows = [
         (
             f"{one['name']} ({one['axis']})",
@@ -101,7 +102,7 @@ def _dismissed(document: dict[str, Any]) -> Table:
     return Table(("cause", "why it is no change", "left of the logs before, without → with it"), rows)
 
 
-def _shared(document: dict[str, Any]) -> Table:
+def _shared(document: Json) -> Table:
     rows = [
         (
             f"{one['name']} ({one['axis']})",
@@ -113,7 +114,7 @@ def _shared(document: dict[str, Any]) -> Table:
     return Table(("cause", "status", "numbers"), rows, "They are part of the model of the machine before.")
 
 
-def _unseen(document: dict[str, Any]) -> list[Block]:
+def _unseen(document: Json) -> list[Block]:
     """What these logs would not have shown."""
     blocks: list[Block] = []
     if document["smallest_shown"]:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
-Entry = dict[str, Any]
+from firmware_protocol.json_object import Json
+
 #: the number of each effect that a gain divides; all of an axis, or it is no gain
 _DIVIDED = {"inertia": "inertia", "coulomb": "coulomb", "viscous": "viscous"}
 GAIN = "torque_gain"
 
 
-def as_one_gain(effects: Sequence[Entry], known_to: float) -> tuple[list[Entry], list[Entry]]:
+def as_one_gain(effects: Sequence[Json], known_to: float) -> tuple[list[Json], list[Json]]:
     """The changes, those of an axis that one gain makes as that gain, and alternatives that say what it stands for.
 
     Inertia, Coulomb level and viscous friction of an axis have to be told, and their factors must have a value in
@@ -45,7 +45,7 @@ def as_one_gain(effects: Sequence[Entry], known_to: float) -> tuple[list[Entry],
     return found, others
 
 
-def _factors(number: Entry, known_to: float) -> tuple[float, float]:
+def _factors(number: Json, known_to: float) -> tuple[float, float]:
     """By which gains a number may have been divided, the smallest and the largest."""
     if not number["nominal"] or not number["low"] > 0.0:
         return float("inf"), float("-inf")

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.change.comparing import FITTED, AskedCause, ChangeKind, Heard, MachineComparison
 from gimbal_hil.knowledge.change.one_gain import as_one_gain
 from gimbal_hil.knowledge.discrepancy import entries_of
@@ -12,10 +11,9 @@ from sim_backend.effects import CATALOGUE
 _LISTED = 4
 #: a share of a cause that the logs before had already and that is worth saying
 _HAD = 0.1
-Entry = dict[str, Any]
 
 
-def document_of(comparison: MachineComparison) -> Entry:
+def document_of(comparison: MachineComparison) -> Json:
     """What changed.json holds."""
     found = comparison.found
     changed = {one.label: one for one in comparison.changes}
@@ -71,14 +69,14 @@ def text_of(comparison: MachineComparison) -> str:
     )
 
 
-def _changes(comparison: MachineComparison) -> tuple[list[Entry], list[Entry]]:
+def _changes(comparison: MachineComparison) -> tuple[list[Json], list[Json]]:
     """What changed, and what a gain among them may be instead."""
     changed = {one.label: one for one in comparison.changes}
     told = [entry for entry in comparison.found.effects if _label(entry) in changed]
     return as_one_gain([_with_sides(entry, changed[_label(entry)]) for entry in told], FITTED)
 
 
-def _change_in_words(entry: Entry) -> str:
+def _change_in_words(entry: Json) -> str:
     parts = []
     for parameters in entries_of(entry):
         for key, number in list(parameters.items())[:_LISTED]:
@@ -91,11 +89,11 @@ def _change_in_words(entry: Entry) -> str:
     return f"{entry['name']} of {entry['axis']}: {', '.join(parts)}, probability {entry['probability']:.2f}"
 
 
-def _with_sides(entry: Entry, one: AskedCause) -> Entry:
+def _with_sides(entry: Json, one: AskedCause) -> Json:
     return {**entry, "reason": one.heard.value, "share_before": round(one.share_before, 3), **_sides(one)}
 
 
-def _sides(one: AskedCause) -> Entry:
+def _sides(one: AskedCause) -> Json:
     """What both sides say of a cause, rms in noise floors."""
     return {
         key: {"without": round(without**0.5, 3), "with": round(having**0.5, 3), "unit": "noise floors"}
@@ -103,5 +101,5 @@ def _sides(one: AskedCause) -> Entry:
     }
 
 
-def _label(entry: Entry) -> tuple[str, str]:
+def _label(entry: Json) -> tuple[str, str]:
     return entry["name"], entry["axis"]

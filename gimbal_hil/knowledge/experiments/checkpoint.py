@@ -15,7 +15,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from pydantic import Field
 
 from firmware_protocol.documents import DocumentLimits, Strict, read_json, validated
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.experiments.experiment import Row
 
 CHECKPOINT_FILE = "checkpoint.json"
@@ -43,7 +44,7 @@ class _KeptCheckpoint(Strict):
 
     done: Annotated[int, Field(ge=0)]
     plan_hash: str
-    rows: tuple[dict[str, Any], ...]
+    rows: tuple[Json, ...]
     log_mark: dict[str, Annotated[int, Field(ge=0)]]
     state: _KeptState
 

@@ -15,13 +15,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.loop.host import AxisCommand, EndCondition, Mode, Program, Segment, Shape, program_of
 
 if TYPE_CHECKING:
     from gimbal_hil.pages.report import Block
 
 Signals = Mapping[str, NDArray[np.float64]]
-Row = dict[str, Any]
+Row = Json
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,11 @@ from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import EXIT_INTERRUPTED, BadInputError
 from firmware_protocol.interpreter import apart_from_the_users_folder
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import EventKind, RunHeader, RunWriter, open_run
 from gimbal_hil.knowledge.experiments.antenna import AntennaUnderTest
 from gimbal_hil.knowledge.experiments.checkpoint import CHECKPOINT_FILE, read_checkpoint
@@ -222,7 +223,7 @@ def _as_one(experiment: Experiment, parts: Sequence[_Part], writer: RunWriter) -
             tick, 0, EventKind.NOTE, f"part {number + 1} of {len(parts)}: an antenna of its own, ticks from {tick} on"
         )
         for event in run.events:
-            data: dict[str, Any] = dict(event.data)
+            data: Json = dict(event.data)
             if event.kind is EventKind.SEGMENT and "number" in data:
                 data["number"] += steps
             time_ns = event.time_ns + tick * period_ns if event.time_ns else 0

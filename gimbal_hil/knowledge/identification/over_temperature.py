@@ -11,11 +11,11 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.identification.axis_identification import AxisIdentification
 from gimbal_hil.knowledge.identification.estimate import Determination, Estimate
 from gimbal_hil.knowledge.identification.evidence import Log
@@ -154,7 +154,7 @@ def _row(axis: str, one: TemperatureResult) -> dict[str, float]:
     return {_AT: round(one.temperature_degc, 1), **numbers}
 
 
-def table_record(found: Sequence[TemperatureResult]) -> list[dict[str, Any]]:
+def table_record(found: Sequence[TemperatureResult]) -> list[Json]:
     """Every number of every row with its interval and verdict, for JSON."""
     return [
         {

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.tuning.aims import Aim
 from gimbal_hil.knowledge.tuning.axis_cases import axis_cases
 from gimbal_hil.knowledge.tuning.choosing import (
@@ -173,7 +173,7 @@ def _changes(
     cascade: LoopChoice,
     observed: LoopChoice | None,
     feeds_bodies: bool,
-) -> dict[str, Any]:
+) -> Json:
     """Keys of one axis, rounded as people would write them."""
     inertia, scale = max(case.inertia_kg_m2 for case in task.cases), section.rate_loop.torque_per_unit_nm
     law = cascade_laws(cascade.numbers, task)[0]
@@ -186,7 +186,7 @@ def _changes(
     unknown = acceleration * (WRONG_SHARE if feeds_bodies else 1.0)
     unknown += model.number(axis, "friction.breakaway") / inertia
     rate = _below(section.position_loop.rate_limit_rad_s, unknown / crossing)
-    found: dict[str, Any] = {
+    found: Json = {
         "position_loop.kp_per_s": law.position_kp,
         "position_loop.ki_per_s2": law.position_ki,
         "rate_loop.kp_s_per_rad": law.rate_kp / scale,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.loop.control import GIVEN_TABLE, LEARNED_BINS, LEARNED_TABLE, TORQUE, TORQUE_LIMIT, Mode
 from gimbal_hil.loop.host import layout
 from gimbal_hil.loop.host.events import AXIS_NAMES, HostEvent, host_event
@@ -161,7 +161,7 @@ class Host:
             self.memory.integers[layout.REQUESTS] & layout.REQUEST_START
         )
 
-    def status(self) -> dict[str, Any]:
+    def status(self) -> Json:
         """For people and dashboards: state, measurements, references, torques, drive; plain JSON."""
         G, H = self.memory.G, self.memory.H
         axes = {}

@@ -10,6 +10,7 @@ import yaml
 from pydantic import Field, model_validator
 
 from firmware_protocol.documents import Strict, read_yaml, validated
+from firmware_protocol.json_object import Json
 from gimbal_hil.loop.control import LEARNED_BINS
 
 Positive = Annotated[float, Field(gt=0.0)]
@@ -25,9 +26,7 @@ class ModelControl(Strict):
     model: str = Field(
         default="thesis", description="name of a shipped model, or path of a model file (relative to this file)"
     )
-    document: dict[str, Any] | None = Field(
-        default=None, description="the model itself, as a run keeps it, in place of `model`"
-    )
+    document: Json | None = Field(default=None, description="the model itself, as a run keeps it, in place of `model`")
     bodies: bool = Field(
         default=True,
         description=(

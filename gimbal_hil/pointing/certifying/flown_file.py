@@ -13,12 +13,13 @@ import os
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field
 
 from firmware_protocol.documents import Strict, json_line, validated
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.pointing.certifying.flight import ERROR_STEPS, FlightTask, FlownFlight
 
 FLOWN_FILE = "flights.jsonl"
@@ -74,7 +75,7 @@ class FlownFile:
             os.fsync(file.fileno())
 
 
-def _plain(one: FlownFlight) -> dict[str, Any]:
+def _plain(one: FlownFlight) -> Json:
     return asdict(one) | {"acquired_s": one.acquired_s if math.isfinite(one.acquired_s) else None}
 
 

@@ -11,11 +11,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import AXES, MessageColumns, RecordedRun, columns_of
 from gimbal_hil.loop.host import EventCode, PointingState, word_of
 from gimbal_hil.pointing.arena import between, boresight
@@ -108,7 +108,7 @@ class PointingFigures:
         }
 
 
-def mute_changes(events: Sequence[tuple[int, dict[str, Any]]]) -> list[MuteChange]:
+def mute_changes(events: Sequence[tuple[int, Json]]) -> list[MuteChange]:
     """Those of the events (tick, data) that are about pointing."""
     return [
         MuteChange(tick, str(data["state"]), bool(data["muted"]), float(data["error_rad"]))

@@ -19,6 +19,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from firmware_protocol.documents import DocumentLimits, json_line
 from firmware_protocol.errors import BadInputError, LinkError
+from firmware_protocol.json_object import Json
 from gimbal_hil.loop.timing import upper_bound_ns
 from gimbal_hil.realtime.dashboard.metrics import CONTENT_TYPE, metrics_text
 from gimbal_hil.realtime.dashboard.page import PAGE
@@ -158,7 +159,7 @@ class _Handler(BaseHTTPRequestHandler):
         except (BadInputError, LinkError) as error:
             self._json(200, {"ok": False, "error": str(error)})
 
-    def _acted(self, path: str, request: dict[str, object]) -> dict[str, Any]:
+    def _acted(self, path: str, request: dict[str, object]) -> Json:
         assert self.door is not None
         if path == "/scope":
             if self.screen is None:
@@ -194,7 +195,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.wfile.write(content)
 
 
-def live(view: LiveView, since_s: float) -> dict[str, Any]:
+def live(view: LiveView, since_s: float) -> Json:
     """What the page draws: status, how recording stands, trace after `since_s`, latency histogram as [upper bound in
     us, count]; `run` is another one after a restart.
     """

@@ -7,11 +7,13 @@ import os
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from firmware_protocol.errors import BadInputError, LinkError
 from gimbal_hil.data.runs import GrowingLog
 from gimbal_hil.loop.settings import DaemonSettings
+from gimbal_hil.loop.settings.axis import Limits
 from gimbal_hil.realtime.mavlink.gimbal import NOBODY, Gimbal
 from gimbal_hil.realtime.mavlink.values import NOT_TOLD, Reach, Wish, seen_in
 from gimbal_hil.realtime.operator import OperatorClient, RequestRefusedError
@@ -28,10 +30,10 @@ def reach_of(run: Path) -> Reach:
     settings = DaemonSettings.model_validate(GrowingLog(run).record.header.configuration)
     limits = [axis.limits for axis in settings.axes.values()]
 
-    def both(value: Callable[[Any], float]) -> tuple[float, float]:
+    def both(value: Callable[[Limits], float]) -> tuple[float, float]:
         return value(limits[0]), value(limits[1])
 
-    def wrap(one: Any) -> float:
+    def wrap(one: Limits) -> float:
         return math.inf if one.cable_wrap_turns is None else 2.0 * math.pi * float(one.cable_wrap_turns)
 
     return Reach(
@@ -43,7 +45,7 @@ def reach_of(run: Path) -> Reach:
     ).ahead()
 
 
-def open_link(address: str, baud: int, system: int, component: int) -> tuple[Any, Any]:
+def open_link(address: str, baud: int, system: int, component: int) -> tuple[Any, ModuleType]:
     """The link at an address as pymavlink writes them (`udpin:127.0.0.1:14550`, `udpout:...`, `tcp:...`, a serial
     port), and the dialect. BadInputError where pymavlink is not installed or the address cannot be opened.
     """

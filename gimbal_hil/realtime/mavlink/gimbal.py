@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any
 
 from gimbal_hil.realtime.mavlink.angles import direction_rad, nearest_turn, quaternion
@@ -60,7 +61,7 @@ class Gimbal:
     clock that the caller keeps.
     """
 
-    def __init__(self, dialect: Any, reach: Reach, system: int, component: int, name: str = "antenna") -> None:
+    def __init__(self, dialect: ModuleType, reach: Reach, system: int, component: int, name: str = "antenna") -> None:
         self._m, self._reach = dialect, reach
         self._telling = Telling(dialect, reach, name)
         self.system, self.component = system, component

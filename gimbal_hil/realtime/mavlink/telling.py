@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any
 
 from gimbal_hil.realtime.mavlink.angles import quaternion
@@ -41,7 +42,7 @@ class InControl:
 class Telling:
     """Makes messages; `dialect` is pymavlink's common dialect."""
 
-    def __init__(self, dialect: Any, reach: Reach, name: str) -> None:
+    def __init__(self, dialect: ModuleType, reach: Reach, name: str) -> None:
         self._m, self._reach, self._name = dialect, reach, name
 
     def message(self, name: str, seen: Seen, held: InControl) -> Any:

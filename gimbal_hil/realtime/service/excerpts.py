@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from firmware_protocol.errors import GimbalHilError
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import SCOPE_FOLDER, TICK_ROW, EventKind, RunHeader, RunWriter
 from gimbal_hil.realtime.telemetry import Capture
 
@@ -25,7 +25,7 @@ class Excerpts:
     """Writes captures below the folder of a run."""
 
     def __init__(self, run: Path, header: RunHeader) -> None:
-        configuration: dict[str, Any] = dict(header.configuration)
+        configuration: Json = dict(header.configuration)
         configuration["recording"] = dict(configuration.get("recording", {})) | {"frames": True, "every_ticks": 1}
         self._run, self._header = run, replace(header, configuration=configuration)
         self.written: deque[str] = deque(maxlen=MOST)

@@ -10,6 +10,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from firmware_protocol.documents import Strict
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.loop.control import Mode
 from gimbal_hil.loop.host import AXIS_NAMES, UNNAMED, AxisCommand, Program, ReferenceOrigin, Segment, Shape, program_of
 
@@ -127,7 +128,7 @@ class StartRequest(_MotionRequest):
     """A program as `Program.as_document` gives it: how experiments hand in what they have compiled."""
 
     command: Literal["start"]
-    document: dict[str, Any] = Field(alias="program")
+    document: Json = Field(alias="program")
     #: also record where the host stands, so that a run that begins here can be computed again
     with_image: bool = False
 
@@ -170,7 +171,7 @@ Request = ProgramRequest | PlainRequest | AdjustRequest
 _REQUEST: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discriminator="command")])
 
 
-def parse_request(line: dict[str, Any], axes: Sequence[str] = AXIS_NAMES) -> Request:
+def parse_request(line: Json, axes: Sequence[str] = AXIS_NAMES) -> Request:
     """The request in a line (its `id` aside), which calls the axes by their names; BadInputError in one line that names
     the key.
     """

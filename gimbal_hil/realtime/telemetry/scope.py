@@ -11,12 +11,12 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import AXES, TICK_ROW, FrameDirection, columns_of, frames_of_blocks
 from gimbal_hil.loop.host import HostState
 from gimbal_hil.realtime.telemetry.records import Exchange
@@ -89,7 +89,7 @@ class ScopeSettings:
     segment: int | None = None
 
 
-def scope_settings(document: dict[str, Any], axes: Sequence[str]) -> ScopeSettings:
+def scope_settings(document: Json, axes: Sequence[str]) -> ScopeSettings:
     """Settings as somebody asks for them; BadInputError names the key."""
     given = dict(document)
     kinds: dict[str, type[StrEnum]] = {"mode": ScopeMode, "kind": TriggerKind, "slope": Slope}
@@ -269,7 +269,7 @@ def column_of(
     return np.where(place >= 0, measured[np.maximum(place, 0)], last) if len(measured) else np.full(len(ticks), last)
 
 
-def capture_columns(capture: Capture, axes: Sequence[str]) -> dict[str, Any]:
+def capture_columns(capture: Capture, axes: Sequence[str]) -> Json:
     """A capture for a screen: `time_s` from the trigger (or the end of the first part), and every signal, as lists."""
     rows = _rows(capture.exchanges)
     time_s = rows["time_ns"] * 1e-9

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from firmware_protocol import schema
 from firmware_protocol.bus_load import frame_bits
+from firmware_protocol.json_object import Json
 from gimbal_hil.realtime.telemetry.records import Exchange
 
 _STATUS = schema.BY_NAME["drive_status"]
@@ -59,7 +59,7 @@ class WireWatch:
         if now.ticks >= self._ticks_per_s:
             self._last, self._now = now, _Second()
 
-    def state(self) -> dict[str, Any]:
+    def state(self) -> Json:
         """For people: least margin and dropped frames of the last second or two, share of the bus in the last one."""
         margins = [second.margin for second in (self._last, self._now) if second.margin is not None]
         return {

@@ -7,9 +7,10 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from firmware_protocol.errors import BadInputError, DamagedRunError, GimbalHilError, refused_below
+from firmware_protocol.json_object import Json
 from firmware_protocol.links import AdapterLinkConfig, require_known_interface
 from gimbal_hil.data.containers import Contents, contents_of, guess, survey
 from gimbal_hil.data.preflight import preflight, questioned
@@ -29,7 +30,7 @@ UNNAMED_AXIS = "AXIS"
 _NO_AXES = ("guards", "meaning")
 _AS_CALLED = ColumnMap({})
 #: what says what a file holds: path, document, names of axes
-_Look: TypeAlias = Callable[[Path, dict[str, Any], tuple[str, ...]], "_Seen"]
+_Look: TypeAlias = Callable[[Path, Json, tuple[str, ...]], "_Seen"]
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ class Checked:
     #: whether some of its columns have to be named before a command can read it
     is_strange: bool = False
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Json:
         """For JSON."""
         return {
             "file": str(self.path),
@@ -111,7 +112,7 @@ def _declared(kinds: Sequence[tuple[FileKind, dict[str, object]]]) -> tuple[str,
     return ()
 
 
-def _carrying_first(axes: dict[str, Any]) -> tuple[str, ...]:
+def _carrying_first(axes: Json) -> tuple[str, ...]:
     def is_carried(name: str) -> bool:
         return isinstance(axes[name], dict) and "parent" in axes[name]
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
 
 from firmware_protocol.documents import read_yaml
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.containers import container_of
 from gimbal_hil.data.runs import RUN_FILE
 from gimbal_hil.data.tables import is_text_table
@@ -37,7 +37,7 @@ _TELLING = {
 }
 
 
-def kind_of(path: Path) -> tuple[FileKind, dict[str, Any]]:
+def kind_of(path: Path) -> tuple[FileKind, Json]:
     """Kind of a file and, for YAML, its document; BadInputError where it cannot be read or is none of them."""
     if path.suffix.lower() not in _WRITTEN and container_of(path) is not None:
         return FileKind.SIGNALS, {}

@@ -11,13 +11,14 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.experiments import REFERENCE_SHAPES, REFERENCE_UNITS, Plan
 from gimbal_hil.loop.settings import DaemonSettings
 from gimbal_hil.surface.checking.kinds import FileKind
 from sim_backend.effects import CATALOGUE, Effect
 from sim_backend.model import NUMBER_AT, ModelFile
 
-Schema = dict[str, Any]
+Schema = Json
 #: first line of a file whose editor is to know its schema
 SCHEMA_LINE = "# yaml-language-server: $schema={path}\n"
 _DRAFT = "https://json-schema.org/draft/2020-12/schema"

@@ -6,10 +6,11 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from firmware_protocol.json_object import Json
 from firmware_protocol.places import require_new
 from gimbal_hil.surface.cli.log_options import LogOptions, SearchOptions
 from gimbal_hil.surface.cli.option_types import AskedModel
@@ -258,12 +259,12 @@ class searching:
             self._status.stop()
 
 
-def _in_words(parameter: tuple[str, dict[str, Any]]) -> str:
+def _in_words(parameter: tuple[str, Json]) -> str:
     name, number = parameter
     return f"{name} {number['value']:.4g} {number['unit'] if number['unit'] != '1' else ''}".rstrip()
 
 
-def verdict_summary(verdict: dict[str, Any], out: Path) -> str:
+def verdict_summary(verdict: Json, out: Path) -> str:
     """What the terminal says of a verdict whose files are in `out`."""
     from gimbal_hil.knowledge.discrepancy import entries_of
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from firmware_protocol.json_object import Json
 
 if TYPE_CHECKING:
     from gimbal_hil.data.exports import Group, Progress
@@ -89,9 +91,7 @@ def command(
     return EXIT_NO if damage else EXIT_DONE
 
 
-def _write_table(
-    log: RecordedRun, out: Path, kind: Format, *, resample: bool, drop_invalid: bool, force: bool
-) -> dict[str, Any]:
+def _write_table(log: RecordedRun, out: Path, kind: Format, *, resample: bool, drop_invalid: bool, force: bool) -> Json:
     from gimbal_hil.data.exports import export_mat
     from gimbal_hil.data.signals import TableKind, csv_metadata, replacing, signals_of_run, write_signals
 
@@ -109,9 +109,7 @@ def _write_table(
     return {"content": content, "rows": len(table), "columns": list(table.columns), "notes": list(table.notes)}
 
 
-def _write_bag(
-    log: RecordedRun, out: Path, show: Progress, *, resample: bool, drop_invalid: bool, force: bool
-) -> dict[str, Any]:
+def _write_bag(log: RecordedRun, out: Path, show: Progress, *, resample: bool, drop_invalid: bool, force: bool) -> Json:
     from gimbal_hil.data.exports import export_ros2
     from gimbal_hil.data.signals import signals_of_run
 
@@ -120,9 +118,7 @@ def _write_bag(
     return {"content": f"{count} messages", "messages": count, "notes": list(table.notes)}
 
 
-def _write_frames(
-    log: RecordedRun, out: Path, kind: Format, show: Progress, *, layouts: bool, force: bool
-) -> dict[str, Any]:
+def _write_frames(log: RecordedRun, out: Path, kind: Format, show: Progress, *, layouts: bool, force: bool) -> Json:
     from gimbal_hil.data.exports import export_blf, export_mcap, export_mf4, groups_of
     from gimbal_hil.data.signals import replacing
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from firmware_protocol.json_object import Json
 from firmware_protocol.places import require_new
 from gimbal_hil.surface.cli.completion import model_names
 from gimbal_hil.surface.cli.log_options import LogOptions
@@ -148,9 +149,7 @@ def _groups(logs: list[Log], model: AntennaModel, tabled: bool) -> list[tuple[fl
     return [(one.temperature_degc, at_temperature(model, one.temperature_degc), list(one.logs)) for one in groups]
 
 
-def _write(
-    out: Path, given: AntennaModel, found: list[TemperatureResult], record: dict[str, Any], tabled: bool
-) -> None:
+def _write(out: Path, given: AntennaModel, found: list[TemperatureResult], record: Json, tabled: bool) -> None:
     import json
 
     from gimbal_hil.knowledge.identification import (

@@ -6,9 +6,11 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from firmware_protocol.json_object import Json
 
 if TYPE_CHECKING:
     from gimbal_hil.surface.starting import AntennaDescription, AxisDescription
@@ -156,13 +158,13 @@ def _names(text: str, kind: ModelKind) -> tuple[str, ...]:
 
 
 def _axis(
-    name: str, place: int, kind: ModelKind, numbers: dict[str, dict[str, float]], travel: dict[str, Any], ask: Asker
+    name: str, place: int, kind: ModelKind, numbers: dict[str, dict[str, float]], travel: Json, ask: Asker
 ) -> AxisDescription:
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.surface.starting import AxisDescription, usual_axis
     from sim_backend.model import ModelKind
 
-    told: dict[str, Any] = {_NUMBERS[option][0]: by_axis.get(name) for option, by_axis in numbers.items()}
+    told: Json = {_NUMBERS[option][0]: by_axis.get(name) for option, by_axis in numbers.items()}
     without = _OF_TURNING if kind is ModelKind.LINEAR else ()
     for option in without:
         if told[_NUMBERS[option][0]] is not None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from firmware_protocol.json_object import Json
 
 if TYPE_CHECKING:
     from gimbal_hil.realtime.operator import OperatorClient
@@ -76,7 +78,7 @@ def _attend(client: OperatorClient, since_tick: int) -> None:
 
     print("this command keeps the motion going: Ctrl-C brakes to rest", file=sys.stderr, flush=True)
 
-    def ends(event: dict[str, Any]) -> bool:
+    def ends(event: Json) -> bool:
         data = event.get("data", {})
         return bool(event.get("tick", 0) >= since_tick and data.get("code") == "state" and data["from"] == "active")
 
@@ -180,7 +182,7 @@ def _values(words: list[str], axes: list[str], unit: str) -> dict[str, float]:
     return found
 
 
-def _tell(answer: dict[str, Any], said: str, following: str, as_json: bool) -> int:
+def _tell(answer: Json, said: str, following: str, as_json: bool) -> int:
     import json
 
     from firmware_protocol.errors import EXIT_DONE

@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.preflight import preflight, questioned
 from gimbal_hil.data.signals import ColumnMap, LogReading, read_together
 from gimbal_hil.knowledge.change import ChangeKind, MachineComparison, change_page, compare, document_of
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 class Changes:
     """The answer of a comparison. `document` is what `changed.json` holds (docs/reference/changed.md)."""
 
-    document: dict[str, Any]
+    document: Json
     comparison: MachineComparison = field(repr=False)
 
     @property
@@ -35,7 +36,7 @@ class Changes:
         return self.comparison.kind
 
     @property
-    def effects(self) -> tuple[dict[str, Any], ...]:
+    def effects(self) -> tuple[Json, ...]:
         """What changed: name, axis, parameters after with intervals and with the number before."""
         return tuple(self.document["effects"])
 

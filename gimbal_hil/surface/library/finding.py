@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.preflight import preflight, questioned
 from gimbal_hil.data.signals import ColumnMap, LogReading, SignalsTable, read_together
 from gimbal_hil.knowledge.discrepancy import (
@@ -50,7 +51,7 @@ class Finding:
         return self.verdict.kind
 
     @property
-    def effects(self) -> tuple[dict[str, Any], ...]:
+    def effects(self) -> tuple[Json, ...]:
         """The causes, named or ambiguous: name, axis, parameters with intervals, gain on held-out data."""
         return self.verdict.effects
 

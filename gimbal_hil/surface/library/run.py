@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import RecordedRun as Log
 from gimbal_hil.data.runs import open_run
 from gimbal_hil.data.signals import SignalsTable, signals_of_run, unit_of, units_of
@@ -37,7 +39,7 @@ class Run:
         return self.log.record.header.axes
 
     @property
-    def configuration(self) -> dict[str, Any]:
+    def configuration(self) -> Json:
         """The configuration of the daemon or experiment, as in its file."""
         return dict(self.log.record.header.configuration)
 
@@ -85,7 +87,7 @@ class Run:
         return replay(self.log, host, lambda event: give_again(host, self.log, event)).identical
 
 
-def pandas_module() -> Any:
+def pandas_module() -> ModuleType:
     try:
         import pandas
     except ImportError:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from sim_backend.boresight import Boresight
 from sim_backend.model import ModelKind
 
@@ -67,7 +67,7 @@ class LinkChoice:
     """How the antenna is reached: a word for people, and the `link` section of the configuration."""
 
     word: str
-    section: dict[str, Any] = field(default_factory=dict)
+    section: Json = field(default_factory=dict)
     rate_hz: float = 1000.0
 
     @property

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry
 from gimbal_hil.knowledge.discrepancy.laws.knots import (
     Knots,
@@ -81,7 +82,7 @@ class Curve:
         """With so much more at each knot."""
         return replace(self, values=self.values + more, low=self.low + more, high=self.high + more)
 
-    def entry(self, is_linear: bool) -> dict[str, Any]:
+    def entry(self, is_linear: bool) -> Json:
         """As it stands in `effects:` of a model file."""
         shape = self.shape
         over = [one.value for one in shape.over]

@@ -5,8 +5,8 @@ gained.
 from __future__ import annotations
 
 import difflib
-from typing import Any
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.discrepancy.inquiry import gain_on
 from gimbal_hil.knowledge.discrepancy.judgement import Result
 from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap
@@ -120,7 +120,7 @@ def _answer(result: Result, found: Verdict, gap: Gap) -> list[Block]:
     ]
 
 
-def _said(verdict: dict[str, Any]) -> Callout:
+def _said(verdict: Json) -> Callout:
     """The verdict's own words: a line for each cause, then how it is known. Contradictions have their own place."""
     causes = [f"{headline(effect)}." for effect in verdict["effects"]]
     text = verdict["text"]
@@ -149,7 +149,7 @@ def _floor_tile(gap: Gap) -> tuple[str, str]:
     return f"{floor} → {after} {gap.unit}", "noise floor, with the inertia of the model and as fitted"
 
 
-def _moved_row(moved: dict[str, Any]) -> tuple[str, ...]:
+def _moved_row(moved: Json) -> tuple[str, ...]:
     """A known number that moved, in units of what it is known to: of next to nothing any move is many times it."""
     stated, spread, value = moved["nominal"], moved["uncertainty"], moved["value"]
     share = f"{(value - stated) / spread:+.2f}" if spread > 0.0 else "it was taken as exact"
@@ -175,7 +175,7 @@ def _proof(result: Result, gap: Gap) -> list[Block]:
     ]
 
 
-def _effects_table(result: Result, verdict: dict[str, Any]) -> Table:
+def _effects_table(result: Result, verdict: Json) -> Table:
     rows = []
     for e in verdict["effects"]:
         for name, p in (item for entry in entries_of(e) for item in entry.items()):
@@ -205,7 +205,7 @@ def _effects_table(result: Result, verdict: dict[str, Any]) -> Table:
     )
 
 
-def _alternatives(verdict: dict[str, Any]) -> Table:
+def _alternatives(verdict: Json) -> Table:
     return Table(
         ("could also be", "axis", "instead of", "why"),
         [(a["name"], a["axis"], a["instead_of"], a["reason"]) for a in verdict["alternatives"]],

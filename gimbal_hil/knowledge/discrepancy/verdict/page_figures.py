@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.discrepancy.hypotheses import torque_residual
 from gimbal_hil.knowledge.discrepancy.judgement import Result
 from gimbal_hil.knowledge.discrepancy.laws import DescribedLaw
@@ -26,7 +27,7 @@ _DOTS = 400
 _A_REST = 0.005
 
 
-def gap_figure(verdict: dict[str, Any]) -> Drawing:
+def gap_figure(verdict: Json) -> Drawing:
     """Rms left per channel, in noise floors."""
     from gimbal_hil.pages.plots import MODEL, REFERENCE, SECOND, figure, in_floors
 

@@ -6,10 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any
 
 import numpy as np
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy.hypotheses import values_of
 from gimbal_hil.knowledge.discrepancy.inquiry import rms
@@ -45,8 +45,6 @@ from sim_backend.model import AntennaModel
 #: floors above which a second channel is worth a place; standard deviations by which a number has moved at all
 _HAS_A_GAP, _HARDLY = 1.3, 0.05
 
-Entry = dict[str, Any]
-
 
 @dataclass(frozen=True)
 class Verdict:
@@ -54,27 +52,27 @@ class Verdict:
 
     kind: Kind
     text: str
-    where: tuple[Entry, ...]
-    effects: tuple[Entry, ...]
-    alternatives: tuple[Entry, ...]
-    next_experiment: Entry | None
-    not_testable: tuple[Entry, ...]
+    where: tuple[Json, ...]
+    effects: tuple[Json, ...]
+    alternatives: tuple[Json, ...]
+    next_experiment: Json | None
+    not_testable: tuple[Json, ...]
     #: the largest; None where logs were refused
     gap: Gap | None
     gaps: tuple[Gap, ...]
-    recalibrated: tuple[Entry, ...]
-    contradictions: tuple[Entry, ...]
+    recalibrated: tuple[Json, ...]
+    contradictions: tuple[Json, ...]
     #: that none of the told causes is it; None where logs were refused
     something_else: float | None
     #: the smallest error of each number or effect that these logs would have shown
-    smallest_shown: tuple[Entry, ...]
+    smallest_shown: tuple[Json, ...]
     #: numbers that could be half or twice what they should be without showing in these logs
-    would_not_show: tuple[Entry, ...]
+    would_not_show: tuple[Json, ...]
     #: where nothing is told: the variable that alone predicts most of what is left, and the share
-    depends_on: Entry | None
+    depends_on: Json | None
     notes: tuple[str, ...] = ()
     #: where no name fits: what it looks like
-    laws: tuple[Entry, ...] = ()
+    laws: tuple[Json, ...] = ()
 
     @property
     def told_gap(self) -> Gap | None:
@@ -82,7 +80,7 @@ class Verdict:
         return closed_most(self.gaps) if self.effects else self.gap
 
     @property
-    def document(self) -> Entry:
+    def document(self) -> Json:
         """What verdict.json holds."""
         return {
             "schema": 1,
@@ -150,7 +148,7 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
     )
 
 
-def _smallest_entry(one: Shows) -> Entry:
+def _smallest_entry(one: Shows) -> Json:
     relative = one.relative
     return {
         "name": one.name,
@@ -162,7 +160,7 @@ def _smallest_entry(one: Shows) -> Entry:
     }
 
 
-def _run_that_judges(result: Result) -> Entry:
+def _run_that_judges(result: Result) -> Json:
     """A run that shows what these logs would not have."""
     name, axis = result.hidden[0]
     return {"plan": f"{CATALOGUE[name].excited_by}, on {axis}", "separates": [one for one, _ in result.hidden]}
@@ -173,17 +171,17 @@ def refusal(reason: str) -> Verdict:
     return Verdict(Kind.UNUSABLE_DATA, reason, (), (), (), None, (), None, (), (), (), None, (), (), None)
 
 
-def entries_of(effect: Entry) -> list[Entry]:
+def entries_of(effect: Json) -> list[Json]:
     """The entries of a told effect, parameters by name: a ripple of several orders has one for each."""
     return effect.get("entries") or [effect["parameters"]]
 
 
-def _effect_entry(result: Result, one: Told) -> tuple[Entry, list[Entry], Entry | None]:
+def _effect_entry(result: Result, one: Told) -> tuple[Json, list[Json], Json | None]:
     """A told cause, what it could also be, and the run that would tell."""
     name, axis = one.standing.label
     index = one.standing.entries[0]
     gain = min(1.0, one.standing.untouched.share if one.standing.silent else _gain(result, one))
-    entry: Entry = {
+    entry: Json = {
         "name": name,
         "axis": axis,
         "status": one.status.value,
@@ -240,7 +238,7 @@ def _reason(rival: Rival) -> str:
     return f"together with {beside}, {leaves}" if beside else leaves
 
 
-def _parameters(result: Result, index: int) -> Entry:
+def _parameters(result: Result, index: int) -> Json:
     model, twin = result.model, result.inquiry.twin
     effect = CATALOGUE[result.best.hypothesis.labels[index][0]]
     intervals = parameter_intervals(result.inquiry, result.best, index)
@@ -259,7 +257,7 @@ def _gain(result: Result, one: Told) -> float:
     return one.standing.taken / max(before, 1e-9)
 
 
-def _separating(one: Told, suspected_only: bool) -> Entry | None:
+def _separating(one: Told, suspected_only: bool) -> Json | None:
     name = one.standing.label[0]
     rivals = [r.label[0] for r in one.close if r.label[0] != CATALOGUE[name].same_by_command]
     if one.standing.silent:
@@ -275,7 +273,7 @@ def _separating(one: Told, suspected_only: bool) -> Entry | None:
     return None
 
 
-def _run_for(result: Result, worst: int) -> Entry:
+def _run_for(result: Result, worst: int) -> Json:
     """For what nothing explains: a run that shows best what it hangs on."""
     if result.request.only or result.request.without:
         return {"plan": "first the same logs without --only and --without: they may show what it is", "separates": []}
@@ -298,7 +296,7 @@ def where_of(result: Result, worst: int) -> list[Regime]:
     return found
 
 
-def _where_entry(regime: Regime) -> Entry:
+def _where_entry(regime: Regime) -> Json:
     return {
         "axis": regime.axis,
         "signal": regime.signal,
@@ -310,7 +308,7 @@ def _where_entry(regime: Regime) -> Entry:
     }
 
 
-def _recalibrated(result: Result) -> tuple[Entry, ...]:
+def _recalibrated(result: Result) -> tuple[Json, ...]:
     """Known numbers that moved: inside their uncertainty by themselves, or beyond it as a named cause."""
     model, hypothesis = result.model, result.best.hypothesis
     named = {
@@ -339,7 +337,7 @@ def _recalibrated(result: Result) -> tuple[Entry, ...]:
     return tuple(found)
 
 
-def _moved(model: AntennaModel, axis: str, path: str, number: Entry, named: bool) -> Entry:
+def _moved(model: AntennaModel, axis: str, path: str, number: Json, named: bool) -> Json:
     """A number of the model and where it went."""
     return {
         "axis": axis,

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.discrepancy.judgement import Denial, Kind, Result, Status, Told
 from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, closed_most, largest
 from gimbal_hil.knowledge.discrepancy.verdict.laws import told_laws
@@ -18,10 +18,9 @@ _TOLD = 0.45
 #: numbers of a cause that a headline tells; the rest stand in the table
 _NUMBERS = 3
 #: one effect as verdict.json holds it
-Entry = dict[str, Any]
 
 
-def told(result: Result, effects: Sequence[Entry], gaps: Sequence[Gap]) -> str:
+def told(result: Result, effects: Sequence[Json], gaps: Sequence[Gap]) -> str:
     """What was found and how sure it is."""
     kind = result.decision.kind
     moved = _recalibration(result, gaps)
@@ -166,7 +165,7 @@ def _name(effect: str, axis: str) -> str:
     return f"{effect.replace('_', ' ')} on {axis}"
 
 
-def headline(effect: Entry) -> str:
+def headline(effect: Json) -> str:
     """A told cause in the field's words and numbers: what, where, how large, how sure."""
     periodic = {p.name for p in CATALOGUE[effect["name"]].parameters if p.periodic}
     told = []
@@ -178,7 +177,7 @@ def headline(effect: Entry) -> str:
     return f"{where}: {' and '.join(told)}; probability {effect['probability']:.2f}"
 
 
-def _number(name: str, number: Entry) -> str:
+def _number(name: str, number: Json) -> str:
     value, nominal, spread = number["value"], number["nominal"], 0.5 * (number["high"] - number["low"])
     # what is nothing within its interval has no digits of its own
     value = f"0 \u00b1 {quantity(spread, number['unit'])}" if abs(value) < spread else quantity(value, number["unit"])
@@ -195,14 +194,14 @@ def _size(start: str, gap: Gap) -> str:
     return f"{start} in the {_of_channel(gap)}: {_floors(gap)}"
 
 
-def _undetermined(effect: Entry) -> str:
+def _undetermined(effect: Json) -> str:
     form = effect["form_undetermined"]
     name, alike = _name(effect["name"], effect["axis"]), " and ".join(form["between"])
     correlation = f"{alike} have a canonical correlation of {form['canonical_correlation']:.2f}"
     return f" The form of {name} is undetermined on this data: {correlation}."
 
 
-def told_unseen(result: Result, unseen: Sequence[Entry]) -> str:
+def told_unseen(result: Result, unseen: Sequence[Json]) -> str:
     """Which effects that were asked for these data cannot show."""
     asked = [e for e in unseen if e["name"] in result.request.only]
     return "".join(f" {_at_first(_name(e['name'], e['axis']))} was not tested: {e['reason']}." for e in asked)
@@ -216,13 +215,13 @@ def told_hidden(result: Result) -> str:
     return f" These logs would not have shown half or twice the right {hidden}." if hidden else ""
 
 
-def told_against(found: Entry) -> str:
+def told_against(found: Json) -> str:
     """A contradiction of the logs among themselves, in one sentence."""
     rule, why = found["rule"].replace("_", " "), found["text"].split(":")[0]
     return f" The data contradict themselves on {found['axis']} ({rule}, {why})."
 
 
-def told_shift(found: Entry) -> str:
+def told_shift(found: Json) -> str:
     """A torque column that is early or late, in one sentence."""
     return f" On {found['axis']}, {found['text']}."
 
@@ -234,7 +233,7 @@ def _remainder(gaps: Sequence[Gap]) -> str:
     return f" Still unexplained beside it: {places}." if places else ""
 
 
-def contradiction_of(effect: Entry) -> str:
+def contradiction_of(effect: Json) -> str:
     """What a fitted number says against the law that it belongs to; empty where there is nothing."""
     objection = CATALOGUE[effect["name"]].objection
     return (

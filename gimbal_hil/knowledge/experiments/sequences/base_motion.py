@@ -10,11 +10,11 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.experiments import Experiment, Row, Signals, Step, axes_of, move_to, position_hold, step_of
 from gimbal_hil.knowledge.experiments.sequences.options import SequenceOptions
 from gimbal_hil.pages.plots import Drawing
@@ -57,7 +57,7 @@ def build(options: SequenceOptions) -> Experiment:
     )
 
 
-def base_section(name: str) -> dict[str, Any]:
+def base_section(name: str) -> Json:
     """`table/case` of the thesis or a CSV file, as the `base:` section of a model; BadInputError when it is neither."""
     case = re.fullmatch(r"(3\.1|3\.2)/(\d+)", name)
     if case is not None:
