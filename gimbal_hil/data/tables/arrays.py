@@ -12,7 +12,6 @@ from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
-from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.tables.moments import seconds_of, seconds_of_array
