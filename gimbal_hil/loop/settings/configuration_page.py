@@ -158,7 +158,12 @@ _SECTIONS: tuple[tuple[str, str, type[BaseModel]], ...] = (
     ("`link` of kind `unix`", "", UnixLinkConfig),
     ("`link` of kind `adapter`", "", AdapterLinkConfig),
     ("`link.drives`", "Of kind `adapter`: two of these.", DriveSection),
-    ("`link.faults`", "Faults on purpose, the same for the same seed. Not for a real antenna.", FaultsConfig),
+    (
+        "`link.faults`",
+        "Every kind of link but `embedded` takes them: faults on purpose, for tests and demonstrations, the same for the "
+        "same\nseed. Not for a real antenna.",
+        FaultsConfig,
+    ),
     ("`link.faults.send`, `link.faults.receive`", "Probabilities for each frame.", DirectionFaults),
     ("`link.faults.cuts`", "Times at which nothing passes.", Cut),
 )
@@ -173,7 +178,9 @@ def configuration_page() -> str:
     for title, text, section in _SECTIONS:
         shown = ("shipped", _shipped(title)) if title.startswith("`axes.NAME.") else None
         said = f"{text}\n\n" if text else ""
-        parts.append(f"\n## {title}\n\n{said}" + "\n".join(key_table(section, column=shown)) + "\n")
+        # what every link has in common has a heading of its own
+        table = key_table(section, but=("faults",), column=shown)
+        parts.append(f"\n## {title}\n\n{said}" + "\n".join(table) + "\n")
     return "".join(parts)
 
 
