@@ -12,7 +12,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from pydantic import ValidationError
 
@@ -226,13 +225,13 @@ class AntennaModel:
         )
         return next(found, None)
 
-    def with_law(self, entry: Mapping[str, Any]) -> AntennaModel:
+    def with_law(self, entry: Mapping[str, object]) -> AntennaModel:
         """A model with one more law of its own: an entry of `effects:` with a `kind`."""
         document = copy.deepcopy(self.document)
         document["effects"] = [*document.get("effects", []), dict(entry)]
         return model_from_document(document, self.where)
 
-    def with_base(self, base: Mapping[str, Any]) -> AntennaModel:
+    def with_base(self, base: Mapping[str, object]) -> AntennaModel:
         """A model on another base motion (the `base:` section of a model file)."""
         document = copy.deepcopy(self.document)
         document["base"] = dict(base)
@@ -345,7 +344,7 @@ def _axis_numbers(section: Json, axis: str, file: ModelFile, where: str) -> dict
     return found
 
 
-def _leaves(section: Any, prefix: str) -> list[tuple[str, Any]]:
+def _leaves(section: object, prefix: str) -> list[tuple[str, object]]:
     if isinstance(section, dict) and "value" not in section:
         return [
             leaf for key, value in section.items() for leaf in _leaves(value, f"{prefix}.{key}" if prefix else str(key))
@@ -353,7 +352,7 @@ def _leaves(section: Any, prefix: str) -> list[tuple[str, Any]]:
     return [(prefix, section)]
 
 
-def _quantity(raw: Any, place: str, unit: str, low: float, high: float) -> Quantity:
+def _quantity(raw: object, place: str, unit: str, low: float, high: float) -> Quantity:
     if isinstance(raw, int | float) and not isinstance(raw, bool):
         raw = {"value": raw}
     if not isinstance(raw, dict):

@@ -10,7 +10,7 @@ from gimbal_hil.loop.settings.adjusting import (
     require_adjustable,
     require_braking,
 )
-from gimbal_hil.loop.settings.axis import WIRE_TURNS, AxisSettings, JointObserver
+from gimbal_hil.loop.settings.axis import WIRE_TURNS, AxisSettings, JointObserver, Limits
 from gimbal_hil.loop.settings.configuration import host_configuration
 from gimbal_hil.loop.settings.daemon import (
     AxisNames,
@@ -35,6 +35,7 @@ __all__ = [
     "EmbeddedAntenna",
     "FirstTestChoice",
     "JointObserver",
+    "Limits",
     "adjustable_numbers",
     "adjusted",
     "adjustments_from",

@@ -160,8 +160,8 @@ _SECTIONS: tuple[tuple[str, str, type[BaseModel]], ...] = (
     ("`link.drives`", "Of kind `adapter`: two of these.", DriveSection),
     (
         "`link.faults`",
-        "Every kind of link but `embedded` takes them: faults on purpose, for tests and demonstrations, the same for the "
-        "same\nseed. Not for a real antenna.",
+        "Faults on purpose, for tests and demonstrations, the same for the same seed; every kind of link but "
+        "`embedded`\ntakes them. Not for a real antenna.",
         FaultsConfig,
     ),
     ("`link.faults.send`, `link.faults.receive`", "Probabilities for each frame.", DirectionFaults),

@@ -12,8 +12,7 @@ from typing import Any
 
 from firmware_protocol.errors import BadInputError, LinkError
 from gimbal_hil.data.runs import GrowingLog
-from gimbal_hil.loop.settings import DaemonSettings
-from gimbal_hil.loop.settings.axis import Limits
+from gimbal_hil.loop.settings import DaemonSettings, Limits
 from gimbal_hil.realtime.mavlink.gimbal import NOBODY, Gimbal
 from gimbal_hil.realtime.mavlink.values import NOT_TOLD, Reach, Wish, seen_in
 from gimbal_hil.realtime.operator import OperatorClient, RequestRefusedError
