@@ -45,8 +45,7 @@ def guard_page() -> str:
         ),
         "",
         "In addition, torque on the wire is limited; an axis without torque that passes a soft limit is reported as an",
-        "event (`tests/host/test_plausibility.py`);",
-        "a service process that dies or does no work for `service_timeout_s` ends the daemon (exit 3).",
+        "event; a service process that dies or does no work for `service_timeout_s` ends the daemon (exit 3).",
     ]
     lines += ["", "## Drive", "", "| fault | trigger | reaction | test |", "|---|---|---|---|"]
     lines += [f"| `{g.fault.name}` | {g.trigger} | {g.reaction} | `{g.test}` |" for g in DRIVE_GUARDS]

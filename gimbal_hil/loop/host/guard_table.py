@@ -155,8 +155,8 @@ HOST_GUARDS = (
     ),
     HostGuard(
         HostCause.RUNAWAY,
-        "over 30 ms the axis gains momentum that its torque does not explain (`expectation`), or a quarter of that"
-        " which grew eightfold out of quiet while the torque turned round explained it",
+        "over 30 ms the axis gains momentum that its torque does not explain (`expectation`), or a quarter of that if"
+        " it grew eightfold within 0.3 s and the reversed torque would explain it",
         _OPERATOR,
         _PLAUSIBLE,
         "phases and sign of the motor, sign of the encoder, `expectation`",
