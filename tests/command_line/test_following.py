@@ -46,6 +46,7 @@ LINES = [
     following.after_discrepancy(OPEN | {"verdict": "unexplained"}, "emps", 2, Path("out/verdict")),
     following.after_discrepancy(OPEN | {"verdict": "named"}, None, 2, Path("out/verdict")),
     following.after_discrepancy(OPEN | {"verdict": "ambiguous"}, None, 1, Path("out/verdict")),
+    following.after_discrepancy(OPEN | {"verdict": "ambiguous"}, None, 2, Path("out/verdict"), (), Path(__file__)),
     following.after_joint("elbow", 0.41, Path("elbow.csv")),
     following.after_changed(OPEN, Path("out/changed")),
     following.after_changed(OPEN | {"effects": []}, Path("out/changed")),
@@ -98,6 +99,14 @@ def test_an_open_verdict_proposes_the_planned_run_or_one_that_dwells_where_the_g
         "next_experiment": None if planned is None else {"plan": planned},
     }
     assert following.after_discrepancy(verdict, None, 2, Path("v")).startswith(f"gimbal-hil experiment {expected} ")
+
+
+def test_an_ambiguous_verdict_proposes_the_motion_that_was_made_for_it(tmp_path: Path) -> None:
+    made, ambiguous = tmp_path / "settle.yaml", OPEN | {"verdict": "ambiguous"}
+    assert "settle" not in following.after_discrepancy(ambiguous, None, 2, tmp_path / "v", (), made)
+    made.write_text("", encoding="utf-8")
+    line = following.after_discrepancy(ambiguous, None, 2, tmp_path / "v", (), made)
+    assert line == f"gimbal-hil experiment {made} --out {tmp_path / 'settle'}"
 
 
 def test_names_with_blanks_are_quoted_as_a_shell_wants_them() -> None:

@@ -22,7 +22,7 @@ from gimbal_hil.knowledge.discrepancy.inquiry import (
     scored_band,
     standing,
 )
-from gimbal_hil.knowledge.discrepancy.judgement import Kind, Request, Result, Status
+from gimbal_hil.knowledge.discrepancy.judgement import Kind, Request, Result, Status, odds_against
 from gimbal_hil.knowledge.discrepancy.laws import effect_source
 from gimbal_hil.knowledge.discrepancy.run import diagnose
 from gimbal_hil.knowledge.discrepancy.search import respond
@@ -76,6 +76,7 @@ __all__ = [
     "families",
     "fit",
     "foreseen",
+    "odds_against",
     "prior_weights",
     "ramps_apart",
     "recalibrated_model",

@@ -30,7 +30,7 @@ from gimbal_hil.knowledge.experiments.frequency import (
     phase_deg,
 )
 from gimbal_hil.knowledge.experiments.plan import AxisPlan, Plan, load_plan, plan_from_document
-from gimbal_hil.knowledge.experiments.planned import experiment_of_file
+from gimbal_hil.knowledge.experiments.planned import experiment_of_file, experiment_of_plan
 from gimbal_hil.knowledge.experiments.plateau import DirectionPair, pair_of, plateau_mean, pooled
 from gimbal_hil.knowledge.experiments.references import SHAPES as REFERENCE_SHAPES
 from gimbal_hil.knowledge.experiments.references import UNITS as REFERENCE_UNITS
@@ -67,6 +67,7 @@ __all__ = [
     "conduct_through_daemon",
     "embedded_model_of",
     "experiment_of_file",
+    "experiment_of_plan",
     "frequency_response",
     "load_plan",
     "margins_of",

@@ -1,6 +1,7 @@
 """Experiment, diagnose and correct until the model is at the noise floor or nothing more can be found."""
 
 from gimbal_hil.knowledge.improvement.budgets import Budgets, budgets_of, torques_of, travels_of
+from gimbal_hil.knowledge.improvement.design import settling_run
 from gimbal_hil.knowledge.improvement.journal import (
     JOURNAL_FILE,
     Journal,
@@ -35,6 +36,7 @@ __all__ = [
     "read_journal",
     "rehearse",
     "session_of",
+    "settling_run",
     "site_of",
     "torques_of",
     "travels_of",

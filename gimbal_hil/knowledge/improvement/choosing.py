@@ -12,11 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy import (
     CHANCE,
     Floats,
     Hypothesis,
+    Kind,
+    Policy,
     Result,
     State,
     Status,
@@ -24,12 +27,16 @@ from gimbal_hil.knowledge.discrepancy import (
     all_sequences,
     command_residual,
     explained_by,
+    odds_against,
     prior_weights,
     record_of,
     refitted,
     separating_runs,
     showing_sequences,
 )
+from gimbal_hil.knowledge.improvement.budgets import AFTERWARDS_S
+from gimbal_hil.knowledge.improvement.journal import Diagnosed
+from gimbal_hil.knowledge.improvement.motion import MADE
 from sim_backend.model import AntennaModel
 
 #: an entry is worth its time when B would leave so many squared floors beyond A over all its rows, after correlation
@@ -51,6 +58,21 @@ class Option:
     expected: float = 0.0
     duration_s: float = 0.0
 
+    @property
+    def is_made(self) -> bool:
+        """Whether it is a motion that was made for the pair, and no sequence."""
+        return self.sequence == MADE
+
+    @property
+    def per_second(self) -> float:
+        """Squared floors a second of antenna time, with the way back after it."""
+        return self.expected / (self.duration_s + AFTERWARDS_S)
+
+    def as_considered(self) -> Json:
+        """For the journal."""
+        weighed = {"expected": round(self.expected, 1), "seconds": round(self.duration_s, 1)}
+        return {"sequence": self.sequence, "axis": self.axis, **weighed}
+
 
 @dataclass(frozen=True)
 class Pair:
@@ -66,6 +88,20 @@ class Pair:
     def against_chance(self) -> bool:
         """Whether it is a cause that the searched runs alone have shown, beside the same without it."""
         return self.names[1][0] == CHANCE
+
+
+def pairs_left(result: Result, diagnoses: Sequence[Diagnosed]) -> list[Pair]:
+    """What a verdict leaves open after those before it: of an ambiguous one the causes that no hold-out has shown; a
+    gap that nothing explains gets one more kind of motion to show itself in, not the whole menu.
+    """
+    if result.decision.kind is Kind.AMBIGUOUS:
+        named = [effect for one in diagnoses for effect in one.effects if effect["status"] == Status.NAMED.value]
+        return open_pairs(result, {(effect["name"], effect["axis"]) for effect in named})
+    nameless = (Kind.UNEXPLAINED.value, Kind.DESCRIBED.value)
+    if any(one.verdict in nameless and one.choice is not None for one in diagnoses):
+        return []
+    pair = unexplained_pair(result)
+    return [] if pair is None else [pair]
 
 
 def open_pairs(result: Result, shown: Collection[tuple[str, str]]) -> list[Pair]:
@@ -132,12 +168,12 @@ def weighed(
     """The options with their expected differences, largest first. `rehearsed` gives what an option would measure on a
     model.
     """
-    model = explained_by(result.model, result.inquiry.twin, pair.best.hypothesis)
+    question = question_of(result, pair)
     found: list[Option] = []
     for option in options:
-        table = rehearsed(option, model)
+        table = rehearsed(option, question.model)
         if table is not None:
-            expected = expected_difference(result, pair, table)
+            expected = separation_of(question, table).expected()
             found.append(replace(option, expected=expected, duration_s=len(table) * table.period_s))
     return sorted(found, key=lambda option: -option.expected)
 
@@ -151,6 +187,17 @@ def worth_running(pair: Pair, options: Sequence[Option]) -> Option | None:
     if pair.against_chance and plain:
         return min(plain, key=lambda option: option.duration_s)
     return worth[0] if worth else None
+
+
+def reason(pair: Pair, best: Option) -> str:
+    """Why this option is run."""
+    (one, axis), (other, other_axis) = ((name.replace("_", " "), axis) for name, axis in pair.names)
+    two = f"{one} on {axis} from {other} on {other_axis}"
+    if best.is_made:
+        return f"made to separate {two}: {best.expected:.3g} squared floors expected in {best.duration_s:.0f} s"
+    if pair.against_chance:
+        return f"a hold-out that shows {one} on {axis}, which only the searched runs have shown"
+    return f"separates {two}: largest expected difference of the menu"
 
 
 def open_end(pair: Pair, options: Sequence[Option], refused: Sequence[str], left_floors: float) -> str:
@@ -180,26 +227,120 @@ def open_end(pair: Pair, options: Sequence[Option], refused: Sequence[str], left
     return text + (f" A person could tell: {person}." if person else "")
 
 
-def expected_difference(result: Result, pair: Pair, table: SignalsTable) -> float:
-    """Squared floors that B leaves beyond A on a table that A made, B refitted linearly to that table and to all data
-    so far.
+@dataclass(frozen=True)
+class OpenQuestion:
+    """What is open: the states beside the best one with their weights (sum 1), the model with the best, and what a
+    table of it is judged by: also how much data there are, and what is left of them without any cause.
     """
-    search = result.inquiry
-    hz = search.twin.records[0].bands.scored_hz
-    twin = Twin(result.model, (record_of(table, result.model, hz, "rehearsal"),), search.twin.gyro_everywhere)
-    as_a = command_residual(twin, pair.best.hypothesis, search.floor)
-    as_b = command_residual(twin, pair.rival.hypothesis, search.floor)
-    if not np.all(np.isfinite(as_b)):
-        return 0.0
-    columns = _jacobian(twin, pair.rival.hypothesis, search.floor, as_b)
-    held = pair.rival.fit.jacobian
-    weights = prior_weights(pair.rival.hypothesis) * _SPREAD
-    normal = columns.T @ columns + np.diag(weights**2)
-    if held.shape[1] == columns.shape[1]:
-        normal = normal + held.T @ held
-    slope = columns.T @ as_b.ravel()
-    left = float(np.sum(as_b**2)) - float(slope @ np.linalg.lstsq(normal, slope, rcond=1e-10)[0])
-    return max(0.0, (left - float(np.sum(as_a**2))) / _SPREAD)
+
+    best: State
+    rivals: tuple[State, ...]
+    weights: tuple[float, ...]
+    model: AntennaModel
+    twin: Twin
+    floor: Floats
+    null: Hypothesis
+    policy: Policy
+    #: rows of all data so far, and squares of each channel
+    rows: int
+    without: Floats
+
+
+def question_of(result: Result, pair: Pair) -> OpenQuestion:
+    """What is open between the best explanation and a rival, and what else the verdict has in the place of the same
+    cause, each with the odds that the verdict gives it.
+    """
+    inquiry = result.inquiry
+    odds = {
+        rival.state: odds_against(rival, inquiry.policy)
+        for one in result.told
+        if one.standing.label == pair.names[0] and not pair.against_chance
+        for rival in one.close
+    }
+    if pair.rival not in odds:
+        odds = {pair.rival: 1.0}
+    weights = tuple(one / sum(odds.values()) for one in odds.values())
+    model = explained_by(result.model, inquiry.twin, pair.best.hypothesis)
+    data = np.concatenate([result.null.fitted, result.null.held_out()])
+    return OpenQuestion(
+        pair.best,
+        tuple(odds),
+        weights,
+        model,
+        inquiry.twin,
+        inquiry.floor,
+        result.null.hypothesis,
+        inquiry.policy,
+        len(data),
+        np.sum(data**2, axis=0),
+    )
+
+
+@dataclass(frozen=True)
+class Apart:
+    """How far a rival stays from the best explanation on a table: squares of the difference, what its coordinates do
+    about it there, and what all data so far hold them with.
+    """
+
+    squares: float
+    slope: Floats
+    normal: Floats
+    held: Floats
+
+    def beyond(self, times: int) -> float:
+        """Squared floors that it leaves beyond the best on so many such tables, refitted linearly."""
+        slope = times * self.slope
+        back = float(slope @ np.linalg.lstsq(times * self.normal + self.held, slope, rcond=1e-10)[0])
+        return max(0.0, (times * self.squares - back) / _SPREAD)
+
+
+@dataclass(frozen=True)
+class Separation:
+    """What a table says of a question, and so many like it."""
+
+    question: OpenQuestion
+    rivals: tuple[Apart, ...]
+    rows: int
+    without: Floats
+
+    def expected(self, times: int = 1) -> float:
+        """Squared floors that other explanations leave beyond the best, each refitted linearly to the tables and to all
+        data so far; the mean by their weights.
+        """
+        return float(np.dot(self.question.weights, [one.beyond(times) for one in self.rivals]))
+
+    def needed(self, times: int = 1) -> float:
+        """Squared floors that tell two explanations apart on the tables and all data so far: more than a twin is exact
+        to (`same_to_a_twin`), in every row, as a verdict counts it.
+        """
+        policy, rows = self.question.policy, self.question.rows + times * self.rows
+        share = policy.same**2 * float(np.max(self.question.without + times * self.without))
+        return max(WORTH, policy.least_squares * rows / _SPREAD, share / _SPREAD)
+
+
+def separation_of(question: OpenQuestion, table: SignalsTable) -> Separation:
+    """What a table that the best explanation made says."""
+    twin, floor = question.twin, question.floor
+    record = record_of(table, twin.model, twin.records[0].bands.scored_hz, "rehearsal")
+    there = Twin(twin.model, (record,), twin.gyro_everywhere)
+    as_best = command_residual(there, question.best.hypothesis, floor)
+    without = command_residual(there, question.null, floor)
+    rivals = tuple(_apart(there, as_best, rival, floor) for rival in question.rivals)
+    return Separation(question, rivals, len(without), np.sum(without**2, axis=0))
+
+
+def _apart(twin: Twin, as_best: Floats, rival: State, floor: Floats) -> Apart:
+    as_rival = command_residual(twin, rival.hypothesis, floor)
+    held = np.diag((prior_weights(rival.hypothesis) * _SPREAD) ** 2)
+    if not np.all(np.isfinite(as_rival)):
+        return Apart(0.0, np.zeros(len(held)), np.zeros_like(held), held)
+    columns = _jacobian(twin, rival.hypothesis, floor, as_rival)
+    before = rival.fit.jacobian
+    if before.shape[1] == columns.shape[1]:
+        held = held + before.T @ before
+    # both are of the same rows: in the difference their noise is gone, which a fit would take for evidence
+    difference = (as_rival - as_best).ravel()
+    return Apart(float(difference @ difference), columns.T @ difference, columns.T @ columns, held)
 
 
 def _jacobian(twin: Twin, hypothesis: Hypothesis, floor: Floats, residual: Floats) -> Floats:

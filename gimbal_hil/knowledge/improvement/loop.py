@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -20,7 +21,6 @@ from gimbal_hil.knowledge.discrepancy import (
     Kind,
     Request,
     Result,
-    Status,
     Verdict,
     corrected_model,
     diagnose,
@@ -28,7 +28,8 @@ from gimbal_hil.knowledge.discrepancy import (
     standing,
     verdict_of,
 )
-from gimbal_hil.knowledge.experiments import Experiment, ProgressSink, Silent
+from gimbal_hil.knowledge.executor import open_executor
+from gimbal_hil.knowledge.experiments import Experiment, ProgressSink, Silent, experiment_of_file
 from gimbal_hil.knowledge.experiments.sequences import (
     SequenceOptions,
     breakaway_torques,
@@ -41,12 +42,14 @@ from gimbal_hil.knowledge.improvement.choosing import (
     Pair,
     menu_of,
     open_end,
-    open_pairs,
+    pairs_left,
     person_needed,
-    unexplained_pair,
+    question_of,
+    reason,
     weighed,
     worth_running,
 )
+from gimbal_hil.knowledge.improvement.design import DesignTask, made_for
 from gimbal_hil.knowledge.improvement.journal import (
     Chosen,
     Diagnosed,
@@ -60,6 +63,7 @@ from gimbal_hil.knowledge.improvement.journal import (
 from gimbal_hil.knowledge.improvement.kept import MODEL_FILE, keep_round
 from gimbal_hil.knowledge.improvement.learned import attributed, learned
 from gimbal_hil.knowledge.improvement.measured import measured_table
+from gimbal_hil.knowledge.improvement.motion import MADE
 from gimbal_hil.knowledge.improvement.rehearsal import Rehearsal, rehearse
 from gimbal_hil.knowledge.improvement.site import Site
 from gimbal_hil.knowledge.improvement.tables import Role, Tables
@@ -107,7 +111,6 @@ class _Loop:
         self.same = True
 
     # --- the loop itself
-    # -------------------------------------------------------------------------------------------------------
 
     def run(self) -> Improvement:
         """Rounds until an ending."""
@@ -158,7 +161,7 @@ class _Loop:
             refusal = self._measure(round_number, experiment, role, axes, why)
         else:
             assert choice is not None
-            experiment = self._separating(choice.sequence, choice.axes)
+            experiment = self._separating(choice.sequence, choice.axes, round_number)
             self.separated += [(choice.sequence, axis) for axis in choice.axes]
             role = Role.SHOWN if decision is NextStep.SHOW else Role.SEPARATING
             refusal = self._measure(round_number, experiment, role, choice.axes, choice.why, choice.considered)
@@ -169,7 +172,6 @@ class _Loop:
         return Ending.TIME_USED_UP
 
     # --- experiments
-    # -----------------------------------------------------------------------------------------------------------
 
     def _survey(self, number: int) -> Experiment:
         return survey_motion(
@@ -178,13 +180,19 @@ class _Loop:
             self.task.survey_s,
         )
 
-    def _separating(self, sequence: str, axes: Sequence[str]) -> Experiment:
+    def _separating(self, sequence: str, axes: Sequence[str], round_number: int = 0) -> Experiment:
         known = breakaway_torques(self.model)
         settings = self.task.settings
+        if sequence == MADE:
+            return experiment_of_file(self._made(round_number), settings.rate_hz, 1, settings.axis_names)
         options = SequenceOptions(
             settings.rate_hz, tuple(axes), short=True, every=1, breakaway_nm=known, names=settings.axis_names
         )
         return build_experiment(sequence, options)
+
+    def _made(self, round_number: int) -> Path:
+        """The plan of a motion that was made for a round."""
+        return self.task.out / f"round_{round_number}" / f"{MADE}.yaml"
 
     def _measure(
         self,
@@ -235,7 +243,6 @@ class _Loop:
         return done
 
     # --- diagnoses
-    # -------------------------------------------------------------------------------------------------------------
 
     def _diagnosed(self, number: int) -> tuple[Diagnosed, Chosen | None]:
         """The diagnosis of a round on all data, made or taken from the journal, with the run that it chose."""
@@ -312,12 +319,7 @@ class _Loop:
         def from_model(model: AntennaModel) -> Result:
             self.progress.begin(f"round {number}: diagnosis", 1.0, 0.0)
             request = Request(model, tuple(self.data.searched()), tuple(self.data.held_out()))
-            return diagnose(
-                request,
-                workers=self.task.workers,
-                dask=self.task.dask,
-                progress=lambda text: self.progress.at(text, 0.0),
-            )
+            return diagnose(request, workers=self.task.workers, dask=self.task.dask, progress=self._tell)
 
         found = from_model(self.base)
         if _settled(found) or self.model.document == self.base.document:
@@ -339,7 +341,7 @@ class _Loop:
         if verdict.kind is Kind.NAMED:
             return NextStep.CHECK, corrected, None
         ambiguous = verdict.kind is Kind.AMBIGUOUS
-        pairs = open_pairs(diagnosis, self._shown()) if ambiguous else self._unexplained(diagnosis)
+        pairs = pairs_left(diagnosis, self.diagnoses)
         for pair in pairs:
             choice = self._choice(number, diagnosis, pair, verdict)
             if choice is not None:
@@ -348,22 +350,6 @@ class _Loop:
             return NextStep.SUSPECT, corrected, None
         # where neither a run of the antenna's own nor a person could tell, the two are the same for every purpose
         return (NextStep.CHECK if ambiguous and self.same else NextStep.GIVE_UP), corrected, None
-
-    def _shown(self) -> set[tuple[str, str]]:
-        """Effects that an earlier diagnosis named: a hold-out has shown them."""
-        return {
-            (effect["name"], effect["axis"])
-            for one in self.diagnoses
-            for effect in one.effects
-            if effect["status"] == Status.NAMED.value
-        }
-
-    def _unexplained(self, diagnosis: Result) -> list[Pair]:
-        """A gap that nothing explains gets one more kind of motion to show itself in, not the whole menu."""
-        nameless = (Kind.UNEXPLAINED.value, Kind.DESCRIBED.value)
-        tried = any(one.verdict in nameless and one.choice is not None for one in self.diagnoses)
-        pair = None if tried else unexplained_pair(diagnosis)
-        return [] if pair is None else [pair]
 
     def _choice(self, number: int, diagnosis: Result, pair: Pair, verdict: Verdict) -> Chosen | None:
         """The run that a pair asks for, among those that the budgets allow; None, with a remark, where none is worth
@@ -388,9 +374,13 @@ class _Loop:
             return table
 
         options = weighed(diagnosis, pair, menu_of(pair, self.separated), rehearsed)
-        considered = [{"sequence": o.sequence, "axis": o.axis, "expected": round(o.expected, 1)} for o in options]
+        made = self._made_for(number, diagnosis, pair) if verdict.kind is Kind.AMBIGUOUS else None
+        if made is not None and any(made.per_second <= option.per_second for option in options):
+            made = None
+        options = options if made is None else [made, *options]
+        considered = [option.as_considered() for option in options]
         self.considered = considered or self.considered
-        best = worth_running(pair, options)
+        best = made or worth_running(pair, options)
         if best is None:
             if verdict.kind is Kind.AMBIGUOUS:
                 self.same = self.same and bool(options) and person_needed(pair) is None
@@ -398,12 +388,18 @@ class _Loop:
                     open_end(pair, options, refused, max(gap.after / gap.noise_floor for gap in verdict.gaps))
                 )
             return None
-        (one, axis), (other, other_axis) = pair.names
-        two = f"{_words(one)} on {axis} from {_words(other)} on {other_axis}"
-        why = f"separates {two}: largest expected difference of the menu"
-        if pair.against_chance:
-            why = f"a hold-out that shows {_words(one)} on {axis}, which only the searched runs have shown"
-        return Chosen(number + 1, "", best.sequence, [best.axis], why, considered)
+        return Chosen(number + 1, "", best.sequence, [best.axis], reason(pair, best), considered)
+
+    def _made_for(self, number: int, diagnosis: Result, pair: Pair) -> Option | None:
+        """A motion made for a pair, once for each axis."""
+        if (MADE, pair.names[0][1]) in self.separated:
+            return None
+        task = DesignTask(question_of(diagnosis, pair), self.task.settings, self.task.budgets, self.used_s)
+        with open_executor(self.task.workers, self.task.dask) as executor:
+            return made_for(task, pair, self.model, self._made(number + 1), executor, self._tell)
+
+    def _tell(self, text: str) -> None:
+        self.progress.at(text, 0.0)
 
     def _keep(self, number: int, diagnosis: Result, verdict: Verdict, model: AntennaModel | None) -> str | None:
         sources = [table.source for table in (*self.data.searched(), *self.data.held_out())]

@@ -21,6 +21,7 @@ from gimbal_hil.knowledge.improvement.journal import (
     Resumed,
     Stopped,
 )
+from gimbal_hil.knowledge.improvement.motion import MADE
 from gimbal_hil.knowledge.improvement.task import Ending
 from gimbal_hil.pages.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles, counted
 from sim_backend.model import AntennaModel, load_model
@@ -170,6 +171,8 @@ def _menu(rounds: Sequence[Diagnosed]) -> list[Block]:
                     str(one.round),
                     f"{entry['sequence']} on {entry['axis']}",
                     f"{entry['expected']:,.0f}",
+                    # journals of before motions were made have none
+                    f"{entry['seconds']:.0f}" if "seconds" in entry else "",
                     "run" if run else "",
                 )
             )
@@ -179,9 +182,10 @@ def _menu(rounds: Sequence[Diagnosed]) -> list[Block]:
         "The menu as it was weighed: squared floors that the other explanation, or the model without a cause that no "
         "hold-out has shown, "
         "would leave beyond the best one, refitted as far as the data so far allow. Nothing is run for less than "
-        f"{WORTH:g}."
+        f"{WORTH:g}. A motion that was made for the question ({MADE}) is told where a second of antenna time tells "
+        "more than with every entry."
     )
-    return [Table(("round", "entry of the menu", "expected difference", ""), rows, caption)]
+    return [Table(("round", "entry of the menu", "expected difference", "seconds", ""), rows, caption)]
 
 
 def _gained(start: AntennaModel, model: AntennaModel, rounds: Sequence[Diagnosed]) -> list[Block]:

@@ -14,12 +14,14 @@ from firmware_protocol.json_object import Json
 from firmware_protocol.places import require_new
 from gimbal_hil.surface.cli.log_options import LogOptions, SearchOptions
 from gimbal_hil.surface.cli.option_types import AskedModel
+from gimbal_hil.surface.cli.settling import SETTLE_FILE, limits_in, write_settling
 
 if TYPE_CHECKING:
     from gimbal_hil.surface.library import Finding
 
 #: options that take several values after one another
 MANY_VALUED = ("--measured", "--holdout", "--column")
+SETTLE_HELP = f"Of an ambiguous verdict, the motion that settles it too ({SETTLE_FILE}): a minute more."
 WRITE_EFFECT_HELP = "Of a described formula, the skeleton of an effect of your own too."
 MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE = (
     "model.yaml",
@@ -66,6 +68,7 @@ class AnswerOptions:
     ] = ""
     junit: Annotated[Path | None, typer.Option(metavar="FILE", help="The verdict as JUnit XML too (CI).")] = None
     write_effect: Annotated[bool, typer.Option("--write-effect", help=WRITE_EFFECT_HELP)] = False
+    settle: Annotated[bool, typer.Option("--settle", help=SETTLE_HELP)] = False
 
 
 @dataclass(frozen=True)
@@ -94,6 +97,7 @@ def command(
     your own with the columns time_s, AXIS.position and AXIS.torque (docs/reference/signals-table.md), or with others,
     which --column names: `--column time_s=t_ms:ms joint.position=theta:deg`.
     """
+    from gimbal_hil.knowledge.discrepancy import Kind
     from gimbal_hil.surface.library import question_of
     from sim_backend.model import model_named, shipped_model
 
@@ -101,6 +105,7 @@ def command(
     _refuse(asked, force, search)
     given = model_named(asked.model) if asked.model else shipped_model()
     _all_there(asked.logs)
+    limits = limits_in(asked.logs) if answer.settle else None
     with searching(as_json) as tell:
         with _refusal_kept(asked.out, answer.junit, as_json):
             question = question_of(given, asked.measured, asked.holdout or (), reading.reading(), search.scope())
@@ -109,7 +114,10 @@ def command(
         _write(asked.out, finding)
         if answer.write_effect:
             _write_effects(asked.out, finding)
-    return _told(finding, asked, fails, answer.junit, as_json)
+        settling = ""
+        if limits is not None and finding.kind is Kind.AMBIGUOUS:
+            settling = write_settling(asked.out / SETTLE_FILE, finding, limits, effort.workers, tell)
+    return _told(finding, asked, fails, answer.junit, as_json, settling)
 
 
 #: verdicts that `--fail-on` also takes for others
@@ -122,7 +130,7 @@ def _refuse(asked: AskedLogs, force: bool, search: SearchOptions) -> None:
     from sim_backend.effects import effect_named
 
     _spared(asked.out, asked.model)
-    require_new(asked.out, force, MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE)
+    require_new(asked.out, force, MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE, SETTLE_FILE)
     for option, names in (("--only", search.only), ("--without", search.without)):
         for effect in names or ():
             effect_named(effect, option)
@@ -154,6 +162,7 @@ def _write(out: Path, finding: Finding) -> None:
     import json
 
     out.mkdir(parents=True, exist_ok=True)
+    (out / SETTLE_FILE).unlink(missing_ok=True)
     for name, changed in ((MODEL_FILE, finding.model), (RECALIBRATED_FILE, finding.recalibrated)):
         (out / name).unlink(missing_ok=True)
         if changed is not None:
@@ -175,7 +184,9 @@ def _write_effects(out: Path, finding: Finding) -> None:
             (out / f"{name}.py").write_text(source, encoding="utf-8")
 
 
-def _told(finding: Finding, asked: AskedLogs, fails: frozenset[str], junit: Path | None, as_json: bool) -> int:
+def _told(
+    finding: Finding, asked: AskedLogs, fails: frozenset[str], junit: Path | None, as_json: bool, settling: str
+) -> int:
     """The answer on the terminal, and as JUnit where asked; the exit code."""
     import json
 
@@ -184,8 +195,11 @@ def _told(finding: Finding, asked: AskedLogs, fails: frozenset[str], junit: Path
 
     verdict = finding.verdict.document
     print(json.dumps(verdict, allow_nan=False) if as_json else verdict_summary(verdict, asked.out))
+    if settling and not as_json:
+        print(settling)
     if not as_json:
-        print_next(after_discrepancy(verdict, asked.model, len(finding.result.model.axes), asked.out, asked.logs))
+        axes, made = len(finding.result.model.axes), asked.out / SETTLE_FILE
+        print_next(after_discrepancy(verdict, asked.model, axes, asked.out, asked.logs, made))
     # where no name fits is unexplained to whoever asked before laws were told
     failed = bool({finding.kind.value, *_ALSO.get(finding.kind.value, ())} & fails)
     if junit is not None:
@@ -224,7 +238,7 @@ def _refusal_kept(out: Path, junit: Path | None, as_json: bool) -> Iterator[None
 
         verdict = refusal(str(error)).document
         out.mkdir(parents=True, exist_ok=True)
-        for name in (MODEL_FILE, RECALIBRATED_FILE, REPORT_FILE):
+        for name in (MODEL_FILE, RECALIBRATED_FILE, REPORT_FILE, SETTLE_FILE):
             (out / name).unlink(missing_ok=True)
         (out / VERDICT_FILE).write_text(json.dumps(verdict, indent=2) + "\n", encoding="utf-8")
         if as_json:

@@ -221,9 +221,16 @@ def after_identify(out: Path, runs: Sequence[Path], axes: int, found: bool, colu
     return _experiment("survey", origin_of(runs), model, out.parent / "survey")
 
 
-def after_discrepancy(verdict: Json, model: str | None, axes: int, out: Path, logs: Sequence[Path] = ()) -> str:
-    """The run that decides what is open, else a step with the model as it is now; on a single axis, which no
-    experiment moves, what the catalogue says of the cause.
+def after_discrepancy(
+    verdict: Json,
+    model: str | None,
+    axes: int,
+    out: Path,
+    logs: Sequence[Path] = (),
+    made: Path | None = None,
+) -> str:
+    """The run that decides what is open, `made` for it where that is there, else a step with the model as it is now; on
+    a single axis, which no experiment moves, what the catalogue says of the cause.
     """
     from gimbal_hil.knowledge.discrepancy import Kind
 
@@ -231,6 +238,8 @@ def after_discrepancy(verdict: Json, model: str | None, axes: int, out: Path, lo
         names = [entry["name"] for entry in (*verdict["effects"], *verdict.get("alternatives", []))]
         return command_line("effects", *names[:1])
     found = Kind(verdict["verdict"])
+    if found is Kind.AMBIGUOUS and made is not None and made.exists():
+        return _experiment(str(made), origin_of(logs), model, out.parent / made.stem)
     if found in (Kind.AMBIGUOUS, Kind.UNEXPLAINED):
         name = _deciding(verdict)
         return _experiment(name, origin_of(logs), model, out.parent / name)

@@ -1,7 +1,7 @@
 """The judgement: which of the causes found are reported, and how surely."""
 
 from gimbal_hil.knowledge.discrepancy.judgement.agreement import with_identification
-from gimbal_hil.knowledge.discrepancy.judgement.deciding import Denial, Kind, Status, Told, decide
+from gimbal_hil.knowledge.discrepancy.judgement.deciding import Denial, Kind, Status, Told, decide, odds_against
 from gimbal_hil.knowledge.discrepancy.judgement.earned import hidden_errors
 from gimbal_hil.knowledge.discrepancy.judgement.intervals import number_intervals, parameter_intervals
 from gimbal_hil.knowledge.discrepancy.judgement.measured_torque import torque_is_measured, with_measured_torque
@@ -31,6 +31,7 @@ __all__ = [
     "decide",
     "hidden_errors",
     "number_intervals",
+    "odds_against",
     "parameter_intervals",
     "smallest_sizes",
     "torque_is_measured",

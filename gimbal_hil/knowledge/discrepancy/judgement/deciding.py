@@ -274,7 +274,7 @@ def rejudged(policy: Policy, one: Told, close: tuple[Rival, ...]) -> Told:
     # commanded torque alone never tells such a pair apart: either name is right
     others = [rival for rival in close if rival.label != (CATALOGUE[effect].same_by_command, axis)]
     # what stands at its bound is as likely something else that only acts like it
-    odds = sum(_odds(rival, policy) for rival in others) + bool(one.standing.at_bound)
+    odds = sum(odds_against(rival, policy) for rival in others) + bool(one.standing.at_bound)
     alone = 1.0 / (1.0 + odds)
     sure = one.shown and not one.denials and one.of_class >= policy.named and alone >= policy.alone
     return replace(
@@ -282,7 +282,7 @@ def rejudged(policy: Policy, one: Told, close: tuple[Rival, ...]) -> Told:
     )
 
 
-def _odds(rival: Rival, policy: Policy) -> float:
+def odds_against(rival: Rival, policy: Policy) -> float:
     """Odds of a rival against the cause: even where a twin is not exact enough to tell them apart, otherwise those of
     their difference being chance.
     """
@@ -359,4 +359,4 @@ _EXACT = 0.25
 #: and so many floors are no longer few
 _FEW = 6.0
 
-__all__ = ["Decision", "Kind", "Status", "Told", "class_probability", "decide", "kind_of", "rejudged"]
+__all__ = ["Decision", "Kind", "Status", "Told", "class_probability", "decide", "kind_of", "odds_against", "rejudged"]

@@ -1,0 +1,52 @@
+"""`gimbal-hil discrepancy --settle`: the plan of a motion that settles what a verdict leaves open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from gimbal_hil.loop.settings import DaemonSettings
+    from gimbal_hil.surface.library import Finding
+
+SETTLE_FILE = "settle.yaml"
+
+
+def limits_in(logs: Sequence[Path]) -> DaemonSettings:
+    """The configuration that the first run among the logs was recorded with: loops and limits of the antenna.
+
+    BadInputError where no log is a run: a table does not say what its antenna may do.
+    """
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.data.runs import RUN_FILE, read_header
+    from gimbal_hil.loop.settings import settings_from_document
+
+    folder = next((log for log in logs if (log / RUN_FILE).exists()), None)
+    if folder is None:
+        expected = "a run folder among the logs, which says the limits of its antenna"
+        raise BadInputError("--settle", "no log is a run", expected)
+    header = read_header(folder).header
+    where = f"{folder / RUN_FILE}: configuration"
+    return settings_from_document(dict(header.configuration), where).for_axes(header.axes, str(folder))
+
+
+def write_settling(
+    path: Path, finding: Finding, settings: DaemonSettings, workers: int, tell: Callable[[str], None]
+) -> str:
+    """The plan in a file; answers what to say of it."""
+    from gimbal_hil.knowledge.executor import open_executor
+    from gimbal_hil.knowledge.improvement import settling_run
+
+    with open_executor(workers) as executor:
+        found = settling_run(finding.result, settings, path, executor, tell)
+    if found is None:
+        return "no motion of the antenna's own would settle it"
+    pair, made = found
+    # as `improve` does: two causes are told apart by what is fitted, a cause from chance by what is held out
+    log = "--holdout" if pair.against_chance else "--measured"
+    worth = f"{made.expected:.3g} squared floors expected in {made.duration_s:.0f} s"
+    return f"to settle it: {path}, {worth}; give its log as a further {log}"
+
+
+__all__ = ["SETTLE_FILE", "limits_in", "write_settling"]
