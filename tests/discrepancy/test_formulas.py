@@ -85,14 +85,19 @@ X = np.linspace(-1.0, 1.0, 400)
 @pytest.mark.parametrize(
     ("phrase", "law", "numbers"),
     [
-        ("a bump", 30.0 * np.exp(-(((X - 0.3) / 0.1) ** 2)), {"a": 30.0, "centre": 0.3, "width": 0.1}),
+        pytest.param(
+            "a bump",
+            30.0 * np.exp(-(((X - 0.3) / 0.1) ** 2)),
+            {"a": 30.0, "centre": 0.3, "width": 0.1},
+            marks=pytest.mark.heavy,
+        ),
         ("a spring beyond an edge", 40.0 * np.maximum(X - 0.2, 0.0), {"k": 40.0, "edge": 0.2}),
         (
             "nothing between two edges, a square beyond",
             -90.0 * np.sign(X) * np.maximum(np.abs(X) - 0.4, 0.0) ** 2,
             {"k": -90.0, "free": 0.4},
         ),
-        ("a wave", 20.0 * np.sin(9.0 * X), {"a": 20.0, "order": 9.0}),
+        pytest.param("a wave", 20.0 * np.sin(9.0 * X), {"a": 20.0, "order": 9.0}, marks=pytest.mark.heavy),
     ],
 )
 def test_the_form_is_found_among_the_others(phrase: str, law: np.ndarray, numbers: dict[str, float]) -> None:

@@ -250,6 +250,7 @@ def test_a_pass_through_the_zenith_is_planned_and_never_muted(distance_deg: floa
     assert changes[-1][0] >= recorded.rows["tick"][-1] or not changes[-1][2]
 
 
+@pytest.mark.heavy
 def test_the_azimuth_makes_no_half_turns_for_passes_that_turbulence_does_not_make() -> None:
     scenario = chosen(shipped_scenarios(), "near the zenith")[0]
     model = shipped_model("realistic")

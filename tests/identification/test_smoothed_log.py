@@ -13,6 +13,7 @@ from gimbal_hil.knowledge.identification.axis_motion import regression_rule
 from gimbal_hil.knowledge.identification.smoothed_log import SmoothedColumn
 from tests.cases.joint import BENCH, TRUE, JointLog, swinging
 from tests.identification.one_axis_rig import Rig, apply_torque, reversing_multisine
+from tests.parts import heavy_but
 
 LOG = swinging()
 
@@ -48,7 +49,7 @@ SMOOTHED: dict[str, tuple[SmoothedColumn, Callable[[], JointLog]]] = {
 }
 
 
-@pytest.mark.parametrize("case", SMOOTHED)
+@pytest.mark.parametrize("case", heavy_but(("torque, second order",), SMOOTHED))
 def test_a_smoothed_column_is_told_and_its_numbers_hold_the_truth(case: str) -> None:
     which, log = SMOOTHED[case]
     fit = fitted(log())
