@@ -43,7 +43,7 @@ class _RefusedError(Exception):
     pass
 
 
-def _each_key_once(pairs: list[tuple[str, Any]]) -> Json:
+def _each_key_once(pairs: list[tuple[str, object]]) -> Json:
     table = dict(pairs)
     if len(table) < len(pairs):
         seen: set[str] = set()

@@ -95,7 +95,7 @@ def _instead(key: str, section: type[BaseModel] | None) -> str:
     return f"{near[0]}?" if near else ("one of " + ", ".join(known) if known else "a key that there is")
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     """What stands there, where that is short enough to help."""
     if value is None or isinstance(value, dict | list | tuple | BaseModel):
         return ""
@@ -121,7 +121,7 @@ def _section(section: type[BaseModel] | None, name: str) -> type[BaseModel] | No
     return found[0] if len(found) == 1 else None
 
 
-def _sections_in(annotation: Any) -> Iterator[type[BaseModel]]:
+def _sections_in(annotation: object) -> Iterator[type[BaseModel]]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
     elif get_origin(annotation) is Annotated:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from firmware_protocol.documents.yaml_writing import yaml_text
 from firmware_protocol.errors import BadInputError
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from yaml.nodes import MappingNode, Node
 
 
-def yaml_edited(text: str, changes: Mapping[str, Any], where: str) -> str:
+def yaml_edited(text: str, changes: Mapping[str, object], where: str) -> str:
     """The text with the value at each dotted key (`axes.outer.rate_loop.kp_s_per_rad`) replaced, or added at the end of
     the table that it belongs to; tables in between are made. A value is a number, a word, or a table of those, which is
     written in braces.
@@ -24,7 +24,7 @@ def yaml_edited(text: str, changes: Mapping[str, Any], where: str) -> str:
     return text
 
 
-def _edited(text: str, path: list[str], value: Any, where: str) -> str:
+def _edited(text: str, path: list[str], value: object, where: str) -> str:
     import yaml
 
     # PyYAML counts in characters of what it was given, as text is counted here
@@ -64,7 +64,7 @@ def _anchored(text: str) -> bool:
     return any(getattr(event, "anchor", None) for event in yaml.parse(text, Loader=yaml.SafeLoader))
 
 
-def _added(text: str, table: MappingNode, key: str, value: Any) -> str:
+def _added(text: str, table: MappingNode, key: str, value: object) -> str:
     """One more key at the end of a table, in the table's own style."""
     line = f"{key}: {_in_line(value)}"
     if table.flow_style:
@@ -78,7 +78,7 @@ def _added(text: str, table: MappingNode, key: str, value: Any) -> str:
     return f"{text[:at]}\n{indent}{line}{text[at:]}"
 
 
-def _in_line(value: Any) -> str:
+def _in_line(value: object) -> str:
     """A value on one line."""
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{key}: {_in_line(one)}" for key, one in value.items()) + "}"

@@ -91,5 +91,5 @@ def temperature_table(raw: Any, place: str) -> tuple[tuple[float, ...], ...]:
     return tuple(rows)
 
 
-def is_number(value: Any) -> bool:
+def is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST_NUMBER

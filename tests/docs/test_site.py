@@ -52,7 +52,7 @@ class Links(HTMLParser):
 
 
 def test_everything_that_the_library_gives_is_on_its_reference_page(site: Path) -> None:
-    page = (site / "library-reference" / "index.html").read_text()
+    page = (site / "reference" / "library-reference" / "index.html").read_text()
     names = set(library.__all__) - {"Source"}  # a union of types, told by the signatures
     assert all(f'id="gimbal_hil.surface.library.{name}"' in page for name in names)
     assert "DataFrame" in page and "BadInputError" in page

@@ -13,7 +13,7 @@ from gimbal_hil.data.containers.contents import Floats
 _LONGEST_LIST = 256
 
 
-def flat(value: Any, name: str = "") -> Iterator[tuple[str, float]]:
+def flat(value: object, name: str = "") -> Iterator[tuple[str, float]]:
     """Numbers in a record by dotted name: `a.b`, `position[0]`; entries of lists beside a list `name` of as many words
     are called by those words, as in a JointState: `position[shoulder]`.
     """

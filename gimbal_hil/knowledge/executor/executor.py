@@ -83,7 +83,7 @@ class _Shared:
     number: int
 
 
-_values_here: dict[int, Any] = {}
+_values_here: dict[int, object] = {}
 
 
 def _install(values: dict[int, object], parent: int) -> None:
@@ -103,7 +103,7 @@ class LocalProcesses(WorkExecutor):
 
     def __init__(self, workers: int) -> None:
         self._workers = workers
-        self._values: dict[int, Any] = {}
+        self._values: dict[int, object] = {}
         self._pool: ProcessPoolExecutor | None = None
 
     def share(self, value: Value) -> Value:

@@ -116,7 +116,7 @@ def _listed(curve: Curve, values: Floats) -> list[Any]:
     return _rounded(values)
 
 
-def _rounded(values: Any) -> list[float]:
+def _rounded(values: Floats) -> list[float]:
     return [float(f"{value:.{_DIGITS}g}") for value in values]
 
 
