@@ -60,12 +60,12 @@ def key_table(section: type[BaseModel], but: tuple[str, ...] = (), column: Colum
 def _default(entry: Mapping[str, Any]) -> str:
     default = entry.get("default")
     if default is None:
-        return "none"
+        return ""
     if isinstance(default, bool):
         return "yes" if default else "no"
     if isinstance(default, dict):
-        return "see below" if default else "none"
-    return "none" if default in ("", []) else f"{default}"
+        return "see below" if default else ""
+    return "" if default in ("", []) else f"{default}"
 
 
 def _value(key: str, entry: Mapping[str, Any], definitions: Mapping[str, Any]) -> str:

@@ -92,8 +92,8 @@ Made from `gimbal_hil/loop/settings` by `python -m gimbal_hil.loop.settings.conf
 `antenna.yaml`, the file for `--config`: where the antenna is, how fast the loops run, gains, limits, recording.
 `gimbal-hil init mine` writes one for your antenna, with gains that suit its inertia; `gimbal-hil check antenna.yaml`
 checks one and names file, key and what was expected. With the output of `gimbal-hil check --schema configuration` an
-editor completes the keys. Only `schema` and `axes` are needed; an unknown key is refused. The names of the keys contain
-the unit: `rate_rad_s` is in rad/s.
+editor completes the keys. Only `schema` and `axes` are needed; an unknown key is refused. Where the column *default* is
+empty, nothing holds unless you give the key.
 
 ## Where the antenna is
 
@@ -192,14 +192,14 @@ def _shipped(title: str) -> Callable[[str], str]:
     def of(key: str) -> str:
         values: list[object] = [getattr(section, key, None) for section in sections]
         words = [_word(value) for value in values]
-        return words[0] if words[0] == words[1] else " / ".join(words)
+        return words[0] if words[0] == words[1] else " / ".join(word or "-" for word in words)
 
     return of
 
 
 def _word(value: object) -> str:
     if value is None:
-        return "none"
+        return ""
     if isinstance(value, bool):
         return "yes" if value else "no"
     return ", ".join(map(str, value)) if isinstance(value, tuple) else f"{value}"
