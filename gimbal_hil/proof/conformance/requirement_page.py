@@ -49,11 +49,9 @@ firmware must do then.
 | as machine code | 37 | 20 s | 67 of 67 |
 | as the image of a board in QEMU | 37 | 69 s | 67 of 67 |
 
-Measured on two cores beside other work, at a load of 7 to 10 in one process and in QEMU, of 10 to 18 over links; on a
-quieter machine those in real time took 37 and 41 s. At a load of 17 the tester was too late for three requirements over
-the pseudo-terminal. A mutant is the drive with one guard removed (`pytest -m heavy tests/firmware`). [Take the C
-device](../how-to/take-the-c-device.md) has its size, stack and instruction counts.
-"""
+Measured on two cores beside other work; on a quieter machine those in real time took 37 and 41 s. A mutant is the drive
+with one guard removed (`pytest -m heavy tests/firmware`). [Take the C device](../how-to/take-the-c-device.md) has its
+size, stack and instruction counts. """
 
 
 def conformance_page() -> str:
