@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -116,7 +117,7 @@ def _listed(curve: Curve, values: Floats) -> list[Any]:
     return _rounded(values)
 
 
-def _rounded(values: Floats) -> list[float]:
+def _rounded(values: Iterable[float]) -> list[float]:
     return [float(f"{value:.{_DIGITS}g}") for value in values]
 
 
