@@ -2,6 +2,7 @@
 line.
 """
 
+from firmware_protocol.documents.copying import copied
 from firmware_protocol.documents.json_reading import json_line, read_json
 from firmware_protocol.documents.key_tables import Column, key_table
 from firmware_protocol.documents.limits import DocumentLimits, printable, require_regular, text_problem
@@ -17,6 +18,7 @@ __all__ = [
     "DocumentLimits",
     "Refusals",
     "Strict",
+    "copied",
     "json_line",
     "key_table",
     "printable",

@@ -6,7 +6,6 @@ so a model that exists is a model that can be simulated and saved.
 
 from __future__ import annotations
 
-import copy
 import difflib
 import math
 from collections.abc import Mapping
@@ -15,7 +14,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from firmware_protocol.documents import Refusals, validated, yaml_text
+from firmware_protocol.documents import Refusals, copied, validated, yaml_text
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.json_object import Json
 from sim_backend.effects import LAWS, Effect, effect_named
@@ -144,7 +143,7 @@ class AntennaModel:
 
         `uncertainties` say by path how far off a number may be; one without keeps what the file states beside it.
         """
-        document = copy.deepcopy(self.document)
+        document = copied(self.document)
         stated = {self.number_path(axis, path): spread for path, spread in (uncertainties or {}).items()}
         for path, value in values.items():
             path = self.number_path(axis, path)
@@ -177,7 +176,7 @@ class AntennaModel:
             return self.with_numbers(
                 axis, given, source, {path: stated[key] for key, path in paths.items() if key in stated}
             )
-        document = copy.deepcopy(self.document)
+        document = copied(self.document)
         given = {p.name: parameters.get(p.name, p.neutral) for p in effect.parameters}
         entry = {"name": name, "axis": axis} | self._entry(effect, given, source, stated)
         document["effects"] = [*document.get("effects", []), entry]
@@ -192,7 +191,7 @@ class AntennaModel:
         index = self._stated(name, axis)
         if index is None:
             return self.with_effect(name, axis, parameters, source)
-        document = copy.deepcopy(self.document)
+        document = copied(self.document)
         document["effects"][index] |= self._entry(self.effects[index].effect, parameters, source, {})
         return model_from_document(document, self.where)
 
@@ -227,13 +226,13 @@ class AntennaModel:
 
     def with_law(self, entry: Mapping[str, object]) -> AntennaModel:
         """A model with one more law of its own: an entry of `effects:` with a `kind`."""
-        document = copy.deepcopy(self.document)
+        document = copied(self.document)
         document["effects"] = [*document.get("effects", []), dict(entry)]
         return model_from_document(document, self.where)
 
     def with_base(self, base: Mapping[str, object]) -> AntennaModel:
         """A model on another base motion (the `base:` section of a model file)."""
-        document = copy.deepcopy(self.document)
+        document = copied(self.document)
         document["base"] = dict(base)
         return model_from_document(document, self.where)
 
@@ -313,7 +312,7 @@ def _in_its_section(document: Json) -> Json:
         isinstance(axis, dict) and "torque_constant" in axis for axis in axes.values()
     ):
         return document
-    document = copy.deepcopy(document)
+    document = copied(document)
     for axis in document["axes"].values():
         actuator = axis.setdefault("actuator", {}) if isinstance(axis, dict) and "torque_constant" in axis else None
         if isinstance(actuator, dict) and "torque_constant" not in actuator:

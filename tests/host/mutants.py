@@ -38,7 +38,7 @@ GUARDS = {
         *("watch_status", "watch_sensors", "implausible", "_acting_torque", "_weights", "_is_noisy"),
         *("_is_turned_round", "_watch_quiet", "_window", "_watch_place", "has_jumped", "accept_places", "_held"),
     ),
-    "repeating": ("watch_repeats", "_has_period"),
+    "repeating": ("watch_repeats", "_has_period", "_are_alike"),
     "reception": ("_periods_since",),
     "limits": (
         "braking",
@@ -94,6 +94,8 @@ EQUIVALENT = {
     "repeating.watch_repeats: G[g + SAID_COUNT] % _EVERY == 0 -> G[g + SAID_COUNT] % _EVERY != 0": (
         "a look at other samples, and at more of them, finds the same some samples sooner"
     ),
+    "repeating._has_period: H[at + before] == H[at + newest] and _are_alike(H, at, count, period)"
+    " -> _are_alike(H, at, count, period)": "a short way: the newest sample is one of those that must be alike",
     "core._take_requests: if requests == 0 -> never": "a short way: without a bit nothing below does anything",
 }
 

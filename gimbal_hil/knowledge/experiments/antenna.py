@@ -7,7 +7,7 @@ with the same bits.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -42,6 +42,25 @@ class Followed:
     ticks: int
     program: Program | None = None
     logged: tuple[Event, ...] = ()
+
+
+class Columns(Mapping[str, NDArray[np.float64]]):
+    """Columns of a log, each copied out of its rows when it is asked for: most steps are measured by a few of them."""
+
+    def __init__(self, views: Mapping[str, NDArray[np.float64]]) -> None:
+        self._views = views
+        self._copies: dict[str, NDArray[np.float64]] = {}
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        if name not in self._copies:
+            self._copies[name] = self._views[name].copy()
+        return self._copies[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._views)
+
+    def __len__(self) -> int:
+        return len(self._views)
 
 
 class AntennaUnderTest(Protocol):
@@ -172,7 +191,7 @@ def _part_of(recorded: Recorded, every: int, log_every: int) -> Followed:
     """A stretch as signals and log rows, each thinned in its own way; a last block that is not whole gives no row of
     signals.
     """
-    signals = recorded.signals() if every == 1 else _in_blocks(recorded, every)
+    signals = Columns(recorded.columns()) if every == 1 else _in_blocks(recorded, every)
     logged = recorded if log_every == 1 else _rows_of(recorded, recorded.log[:, 0] % log_every == 0)
     return Followed(signals, logged.rows, recorded.frame_rows, recorded.events, 0, recorded.ticks)
 
@@ -200,6 +219,8 @@ def _rows_of(recorded: Recorded, rows: slice | NDArray[np.bool_]) -> Recorded:
 
 
 def _joined(parts: Sequence[Followed], first_tick: int, program: Program | None = None) -> Followed:
+    if len(parts) == 1:
+        return replace(parts[0], first_tick=first_tick, program=program)
     return Followed(
         {name: np.concatenate([part.signals[name] for part in parts]) for name in parts[0].signals},
         np.concatenate([part.rows for part in parts]),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,12 @@ _RECORD_SIZE = 10
 _CUTS = tuple(struct.Struct(f"{size}s").unpack_from for size in range(257))
 
 
+@cache
+def _idle_plan() -> NDArray[np.float64]:
+    """What a host has before its first command; nobody writes into a plan."""
+    return program_of([Segment(outer=AxisCommand(), inner=AxisCommand())]).values
+
+
 class Host:
     """Supervisor and control of one antenna. Everything it decides on comes through `tick` and the four commands.
 
@@ -36,7 +43,7 @@ class Host:
         """
         self.axes = tuple(axes)
         self.memory = new_memory(configuration)
-        self.plan = program_of([Segment(outer=AxisCommand(), inner=AxisCommand())]).values
+        self.plan = _idle_plan()
         self._rows_taken = 0
         self._words, self._octets = self.memory.words, self.memory.octets.data
         # plain views: a number taken out of an array is several times slower, and this is done every tick

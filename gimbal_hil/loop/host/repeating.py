@@ -34,13 +34,19 @@ def watch_repeats(position: float, rate: float, H: np.ndarray, G: np.ndarray, ax
 
 @compiled
 def _has_period(H: np.ndarray, at: int, count: int) -> bool:
+    # most periods are refuted by the newest sample, so those are looked for by a walk around the ring
+    newest = (count - 1) % SAID_SIZE
+    before = newest
     for period in range(1, min(_LONGEST, count - _ALIKE) + 1):
-        alike = 0
-        while alike < _ALIKE:
-            place = count - 1 - alike
-            if H[at + place % SAID_SIZE] != H[at + (place - period) % SAID_SIZE]:
-                break
-            alike += 1
-        if alike == _ALIKE:
+        before = before - 1 if before > 0 else SAID_SIZE - 1
+        if H[at + before] == H[at + newest] and _are_alike(H, at, count, period):
             return True
     return False
+
+
+@compiled
+def _are_alike(H: np.ndarray, at: int, count: int, period: int) -> bool:
+    for place in range(count - _ALIKE, count):
+        if H[at + place % SAID_SIZE] != H[at + (place - period) % SAID_SIZE]:
+            return False
+    return True

@@ -68,16 +68,20 @@ class Recorded:
         """Columns of the signals table (docs/reference/signals-table.md), references included with NaN where a loop had
         none.
         """
+        return {name: column.copy() for name, column in self.columns().items()}
+
+    def columns(self) -> dict[str, NDArray[np.float64]]:
+        """`signals` as views of the log, for who asks for few of them."""
         rows, measured = self.rows, self.log.view(np.float64)[:, MEASURED:]
         columns = {"time_s": rows["tick"] * self.step_s}
         for axis, (own, name) in enumerate(zip(AXES, self.axes, strict=True)):
-            columns[f"{name}.torque"] = rows[f"torque_{own}"].copy()
+            columns[f"{name}.torque"] = rows[f"torque_{own}"]
             for place, signal in enumerate(("position", "rate", "torque_measured", "temperature")):
-                columns[f"{name}.{signal}"] = measured[:, 2 * place + axis].copy()
-            columns[f"{name}.position_ref"] = rows[f"position_ref_{own}"].copy()
-            columns[f"{name}.rate_ref"] = rows[f"rate_ref_{own}"].copy()
+                columns[f"{name}.{signal}"] = measured[:, 2 * place + axis]
+            columns[f"{name}.position_ref"] = rows[f"position_ref_{own}"]
+            columns[f"{name}.rate_ref"] = rows[f"rate_ref_{own}"]
         for place, signal in enumerate(_BASE):
-            columns[f"base.{signal}"] = measured[:, 8 + place].copy()
+            columns[f"base.{signal}"] = measured[:, 8 + place]
         return columns
 
 
