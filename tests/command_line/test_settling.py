@@ -11,7 +11,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.runs import RunHeader
 from gimbal_hil.data.runs.header import write_header
 from gimbal_hil.knowledge import improvement
-from gimbal_hil.knowledge.discrepancy import Result, Verdict
+from gimbal_hil.knowledge.discrepancy import CHANCE, Result, Verdict
 from gimbal_hil.knowledge.discrepancy.inquiry.inquiry import State
 from gimbal_hil.knowledge.improvement.choosing import Option, Pair
 from gimbal_hil.loop.settings import shipped_settings
@@ -49,11 +49,14 @@ def test_logs_that_are_tables_alone_are_refused_before_they_are_searched(
     assert not (tmp_path / "out").exists()
 
 
-def test_what_is_said_of_a_motion_says_how_its_log_is_used(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("rival", "option"), [("static_unbalance", "--measured"), (CHANCE, "--holdout")])
+def test_what_is_said_of_a_motion_says_how_its_log_is_used(
+    rival: str, option: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     nobody = cast(State, None)
-    pair = Pair(nobody, nobody, (("cable_spring", "inner"), ("static_unbalance", "inner")))
+    pair = Pair(nobody, nobody, (("cable_spring", "inner"), (rival, "inner")))
     made = (pair, Option("settle", "inner", 1234.0, 20.7))
     finding = Finding(cast(Verdict, None), cast(Result, None))
-    for found, said in ((made, "a further --measured"), (None, "no motion of the antenna's own")):
+    for found, said in ((made, f"a further {option}"), (None, "no motion of the antenna's own")):
         monkeypatch.setattr(improvement, "settling_run", lambda *_, found=found: found)
         assert said in write_settling(tmp_path / "s.yaml", finding, shipped_settings(), 1, lambda text: None)

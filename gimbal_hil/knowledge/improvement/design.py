@@ -141,11 +141,11 @@ def settling_run(
     executor: WorkExecutor,
     tell: Callable[[str], None] = lambda text: None,
 ) -> tuple[Pair, Option] | None:
-    """Two causes that an ambiguous verdict leaves open, and a motion made for them, its plan in a file; None where
-    nothing is open, or none shows it.
+    """A pair that an ambiguous verdict leaves open, and a motion made for it, its plan in a file; None where nothing is
+    open, or none shows it.
     """
     budgets = budgets_of(settings, _ANTENNA_S, 1, {}, {})
-    for pair in (one for one in open_pairs(result, ()) if not one.against_chance):
+    for pair in open_pairs(result, ()):
         task = DesignTask(question_of(result, pair), settings, budgets)
         made = made_for(task, pair, result.model, path, executor, tell)
         if made is not None:

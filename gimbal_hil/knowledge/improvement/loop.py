@@ -374,9 +374,7 @@ class _Loop:
             return table
 
         options = weighed(diagnosis, pair, menu_of(pair, self.separated), rehearsed)
-        # against chance the shortest run that plainly shows the cause will do: the most that it can do teaches no more
-        asked = verdict.kind is Kind.AMBIGUOUS and not pair.against_chance
-        made = self._made_for(number, diagnosis, pair) if asked else None
+        made = self._made_for(number, diagnosis, pair) if verdict.kind is Kind.AMBIGUOUS else None
         if made is not None and any(made.per_second <= option.per_second for option in options):
             made = None
         options = options if made is None else [made, *options]

@@ -42,9 +42,11 @@ def write_settling(
         found = settling_run(finding.result, settings, path, executor, tell)
     if found is None:
         return "no motion of the antenna's own would settle it"
-    _, made = found
+    pair, made = found
+    # as `improve` does: two causes are told apart by what is fitted, a cause from chance by what is held out
+    log = "--holdout" if pair.against_chance else "--measured"
     worth = f"{made.expected:.3g} squared floors expected in {made.duration_s:.0f} s"
-    return f"to settle it: {path}, {worth}; give its log as a further --measured"
+    return f"to settle it: {path}, {worth}; give its log as a further {log}"
 
 
 __all__ = ["SETTLE_FILE", "limits_in", "write_settling"]
