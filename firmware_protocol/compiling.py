@@ -16,7 +16,6 @@ import numba
 from numba.core.registry import CPUDispatcher
 
 from firmware_protocol.inner_code import InnerCompiler
-from firmware_protocol.json_object import Json
 from firmware_protocol.kernel_cache import KernelCache
 from firmware_protocol.kernel_parts import PartCache, compiler_beginning_with
 
@@ -53,7 +52,7 @@ class _Part(_Inner):
         self._cache.begin_elsewhere(self._types, self.targetctx)
 
 
-_INNER: Json = {"error_model": "numpy", "_nrt": False, "forceinline": True}
+_INNER: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "forceinline": True}
 _NOT_FROM_PYTHON = {"nopython": True, "boundscheck": None, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 

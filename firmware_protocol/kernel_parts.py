@@ -17,7 +17,6 @@ from numba.core.compiler import Compiler, CompileResult
 
 from firmware_protocol.inner_code import LinkedCode
 from firmware_protocol.interpreter import apart_from_the_users_folder
-from firmware_protocol.json_object import Json
 from firmware_protocol.kernel_cache import KernelCache
 
 
@@ -37,7 +36,7 @@ class PartCache(KernelCache):
             """See `CompileResultCacheImpl`."""
             name, bitcode, described, environment, signature = kept
             library = LinkedCode.of(target.codegen(), name, bitcode)
-            empty: Json = dict.fromkeys(CompileResult._fields)
+            empty: dict[str, Any] = dict.fromkeys(CompileResult._fields)
             return CompileResult(
                 **empty
                 | {

@@ -15,9 +15,8 @@ import llvmlite.binding as llvm
 from numba.core.registry import CPUDispatcher
 
 from firmware_protocol.errors import BadInputError
-from firmware_protocol.json_object import Json
 
-_OPTIONS: Json = {
+_OPTIONS: dict[str, Any] = {
     "error_model": "numpy",
     "_nrt": False,
     "nopython": True,

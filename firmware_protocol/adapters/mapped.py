@@ -10,14 +10,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from firmware_protocol.adapters.dbc_map import MessageRef, SignalRef, load_map
 from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
 from firmware_protocol.adapters.signal_span import not_there, span_of
 from firmware_protocol.adapters.spoken import Spoken
 from firmware_protocol.errors import BadInputError, refused_below
-from firmware_protocol.json_object import Json
 from firmware_protocol.links import CanFrame, DriveSection
 
 if TYPE_CHECKING:
@@ -146,7 +145,7 @@ class MappedDrive:
             return False
         self._silent[message.name] = 0
         self._lost -= {message.name}
-        changes: Json = {}
+        changes: dict[str, Any] = {}
         for name, ref in self._given.items():
             if ref.message == message.name and ref.signal in values:
                 changes |= self._taken(name, ref, float(values[ref.signal]))
@@ -159,7 +158,7 @@ class MappedDrive:
         self._judge()
         return True
 
-    def _taken(self, name: str, ref: SignalRef, value: float) -> Json:
+    def _taken(self, name: str, ref: SignalRef, value: float) -> dict[str, Any]:
         """The fields of a sample that a value changes; one that says nothing counts as told, and changes none."""
         fresh = {"updates": self.sample.updates + 1} if name == "position" else {}
         if not self._spans[name].holds(value) or value in self._no_values[name]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from firmware_protocol.errors import BadInputError
-from firmware_protocol.json_object import Json
 from gimbal_hil.data.signals import SignalsTable, unit_of
 
 _LONGEST_NAME = 63
@@ -15,8 +15,8 @@ def export_mat(table: SignalsTable, path: Path) -> int:
     """`time_s`, `azimuth.position` ..., and `units.azimuth.position` ...; answers the number of signals."""
     from scipy.io import savemat
 
-    content: Json = {"time_s": table.time_s[:, None]}
-    units: Json = {"time_s": "s"}
+    content: dict[str, Any] = {"time_s": table.time_s[:, None]}
+    units: dict[str, Any] = {"time_s": "s"}
     for column, values in table.columns.items():
         group, _, name = column.rpartition(".")
         if not (group.isidentifier() and group.isascii()) or len(group) > _LONGEST_NAME:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 import math
 import struct
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from firmware_protocol.adapters import CanFrame
-from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.drive_tables.makes import MAKES
 from gimbal_hil.knowledge.drive_tables.motor import DriveOfAxis
 from gimbal_hil.knowledge.drive_tables.ripple import RippleTable
@@ -139,4 +138,4 @@ class Cia402Player:
 
 
 #: link.drive -> (axis, inertia at the shaft in kg m^2, bandwidth in rad/s) -> its player
-PLAYERS: Json = {"moteus": MoteusPlayer, "odrive": OdrivePlayer, "cia402": Cia402Player}
+PLAYERS: dict[str, Any] = {"moteus": MoteusPlayer, "odrive": OdrivePlayer, "cia402": Cia402Player}

@@ -7,11 +7,11 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_protocol.json_object import Json
 from gimbal_hil.loop.host import HostState, program_of
 from gimbal_hil.loop.settings import DaemonSettings
 from gimbal_hil.pointing.arena import MOTION_ROW_HZ, Manoeuvre, Turbulence, between, boresight
@@ -139,7 +139,9 @@ def _held(path: FlightPath, way: Way, end: int) -> tuple[str, ...]:
     return tuple(dict.fromkeys(stops))
 
 
-def judged(error: Table, transmitting: NDArray[np.bool_], step_s: float, requirement: PointingRequirement) -> Json:
+def judged(
+    error: Table, transmitting: NDArray[np.bool_], step_s: float, requirement: PointingRequirement
+) -> dict[str, Any]:
     """Figures of a flight from the true error (n,), rad, and when it transmitted."""
     on = np.flatnonzero(transmitting)
     held = error[on]

@@ -12,13 +12,13 @@ from dataclasses import MISSING, fields, is_dataclass
 from functools import wraps
 from typing import Any, get_type_hints
 
-from firmware_protocol.json_object import Json
-
 
 def with_groups(command: Callable[..., int]) -> Callable[..., int]:
     """A command as typer takes it: every field of its groups is a parameter, in the order of the groups."""
     signature = inspect.signature(command, eval_str=True)
-    groups: Json = {name: one.annotation for name, one in signature.parameters.items() if is_dataclass(one.annotation)}
+    groups: dict[str, Any] = {
+        name: one.annotation for name, one in signature.parameters.items() if is_dataclass(one.annotation)
+    }
     if not groups:
         return command
 

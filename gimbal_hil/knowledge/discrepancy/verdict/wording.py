@@ -17,7 +17,6 @@ from sim_backend.effects import CATALOGUE, FittedNumber
 _TOLD = 0.45
 #: numbers of a cause that a headline tells; the rest stand in the table
 _NUMBERS = 3
-#: one effect as verdict.json holds it
 
 
 def told(result: Result, effects: Sequence[Json], gaps: Sequence[Gap]) -> str:
