@@ -8,7 +8,8 @@ code, once (decision 0144).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from llvmlite.binding import parse_bitcode
@@ -21,8 +22,28 @@ class InnerCompiler(Compiler):  # type: ignore[misc]
 
     def compile_extra(self, function: Callable[..., object]) -> object:
         """See `Compiler`."""
-        self.state.library = LinkedCode(self.state.targetctx.codegen(), function.__qualname__)  # type: ignore[no-untyped-call]
-        return super().compile_extra(function)  # type: ignore[no-untyped-call]
+        context = self.state.targetctx
+        self.state.library = LinkedCode(context.codegen(), function.__qualname__)  # type: ignore[no-untyped-call]
+        with uncounted(context):
+            return super().compile_extra(function)  # type: ignore[no-untyped-call]
+
+
+@contextmanager
+def uncounted(context: Any) -> Iterator[None]:
+    """While a function is compiled that counts no references.
+
+    Numba translates what it has in Python itself, such as a sum, once a process: with reference counting where the
+    first function that called it had that. Code with it needs Numba's library wherever it runs, so here these are kept
+    apart.
+    """
+    counted, context.cached_internal_func = context.cached_internal_func, _UNCOUNTED
+    try:
+        yield
+    finally:
+        context.cached_internal_func = counted
+
+
+_UNCOUNTED: dict[object, object] = {}
 
 
 class _NoMachineCode:

@@ -15,6 +15,7 @@ import llvmlite.binding as llvm
 from numba.core.registry import CPUDispatcher
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.inner_code import uncounted
 
 _OPTIONS: dict[str, Any] = {
     "error_model": "numpy",
@@ -39,7 +40,8 @@ def object_code(function: Callable[..., object], types: tuple[object, ...], symb
     if processor is None:
         raise BadInputError(platform.machine(), "is an architecture nobody tried this on", " or ".join(_PLAINEST))
     kernel: Any = CPUDispatcher(function, targetoptions=_OPTIONS)
-    kernel.compile(types)
+    with uncounted(kernel.targetctx):
+        kernel.compile(types)
     (made,) = kernel.overloads.values()
     module = llvm.parse_assembly(_without_names(made.library.get_llvm_str()))
     module.get_function(made.fndesc.llvm_func_name).name = symbol

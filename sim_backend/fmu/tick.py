@@ -13,7 +13,7 @@ from sim_backend.c_compiler import c_compiler
 from sim_backend.fmu.kernel import tick_object
 
 SHELL = Path(__file__).with_name("shell.c")
-_OPTIONS = ("-std=c11", "-O2", "-fPIC", "-shared", "-s", "-Wall", "-Wextra", "-Wconversion", "-Werror")
+_OPTIONS = ("-std=c11", "-O2", "-fPIC", "-shared", "-s", "-Wl,-z,defs", "-Wall", "-Wextra", "-Wconversion", "-Werror")
 
 
 def antenna_library() -> bytes:

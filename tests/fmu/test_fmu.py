@@ -45,6 +45,12 @@ def rich() -> AntennaModel:
     return model.with_effect("load_dependent_friction", "inner", {"coefficient": 0.05})
 
 
+@pytest.fixture(autouse=True)
+def back_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """FMPy stays in the folder of a library that does not load; no other test must begin there."""
+    monkeypatch.chdir(".")
+
+
 @pytest.fixture(scope="module")
 def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("fmu") / "antenna.fmu"
