@@ -13,4 +13,4 @@ def test_an_overshoot_of_next_to_nothing_is_not_what_differs_most(tmp_path: Path
     names = "antenna,problem,turn: overshoot_percent,turn: torque_nm,rest: torque_nm"
     table.write_text("\n".join([names, *rows]) + "\n")
     page = campaign_page(table, "Steps", "here").render()
-    assert "Differs most: torque of turn, 10.2 to 12 N m in nine of ten (nominal 10)." in page
+    assert "Differs most: torque of turn, 10.2 to 12 N m in nine of ten antennas (nominal 10 N m)." in page

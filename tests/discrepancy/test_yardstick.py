@@ -92,7 +92,7 @@ def test_a_log_that_hardly_accelerates_cannot_judge_an_inertia() -> None:
     assert {"name": "inertia", "axis": AXIS} in verdict["would_not_show"]
     assert "These logs would not have shown half or twice the right" in verdict["text"]
     limit = quantity(LEAST_GAP * verdict["gap"]["noise_floor"], "N")
-    assert f"less than {limit} in the torque of {AXIS} does not show" in verdict["text"]
+    assert f"do not show: {limit} in the torque of {AXIS}" in verdict["text"]
 
 
 def test_what_the_model_itself_allows_to_be_twice_as_large_is_not_judged() -> None:

@@ -132,7 +132,7 @@ def _overlays(found: Comparison) -> list[Block]:
     for axis in [axis for axis in first.axes if axis in second.axes]:
         columns = [f"{axis}.{name}" for name in _DRAWN]
         columns = [name for name in columns if name in first.columns and name in second.columns]
-        titles = [title for name in columns for title in (name, f"{name}: second less first")]
+        titles = [title for name in columns for title in (name, f"{name}: {found.names[1]} minus {found.names[0]}")]
         units = [f"[{unit_of(name)}]" for name in columns for _ in range(2)]
         drawn = stacked(titles, "time since the first row [s]", units, height_each=150)
         for table, colour, label in ((first, MEASURED, found.names[0]), (second, MODEL, found.names[1])):
@@ -147,7 +147,7 @@ def _overlays(found: Comparison) -> list[Block]:
             part = thinned(len(time_s), 1500)
             line = {"color": ALERT, "width": 1.2}
             drawn.add_scatter(x=time_s[part], y=apart[part], line=line, row=2 * place + 2, showlegend=False)
-        blocks.append(Plot(drawn, f"{axis}: both runs from their first row on, and what the second has more."))
+        blocks.append(Plot(drawn, f"{axis}: both runs from their first row on, and their difference."))
     return blocks
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.change.comparing import ChangeKind, MachineComparison
-from gimbal_hil.knowledge.change.telling import document_of
+from gimbal_hil.knowledge.change.telling import answer_of, document_of
 from gimbal_hil.knowledge.discrepancy import entries_of
 from gimbal_hil.pages.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
 
@@ -27,7 +27,7 @@ def change_page(comparison: MachineComparison) -> Page:
     worst = max(comparison.left, key=lambda one: one.after)
     causes = bool(comparison.found.effects)
     blocks: list[Block] = [
-        Callout(document["text"], _TONES[comparison.kind]),
+        _said(comparison),
         Tiles(
             (
                 (comparison.kind.value.replace("_", " "), "verdict"),
@@ -60,6 +60,14 @@ def change_page(comparison: MachineComparison) -> Page:
     blocks.append(Details("Data", [Text("; ".join(sides))]))
     verdict = comparison.kind.value.replace("_", " ")
     return Page("What changed", f"Model {comparison.start.name}; verdict: {verdict}", blocks)
+
+
+def _said(comparison: MachineComparison) -> Callout:
+    """The answer: a line for each cause, then how it is known."""
+    causes, rest = answer_of(comparison)
+    tone, perhaps = _TONES[comparison.kind], "" if comparison.kind is ChangeKind.CHANGED else "Perhaps "
+    lines = [f"{perhaps}{cause}." if perhaps else f"{cause[0].upper()}{cause[1:]}." for cause in causes]
+    return Callout("\n".join(lines), tone, rest) if lines else Callout(rest, tone)
 
 
 def _changes(document: Json) -> Table:
@@ -147,5 +155,7 @@ def _left_figure(comparison: MachineComparison) -> Drawing:
         sides.append(("logs after, causes added", [one.told for one in comparison.left], MODEL))
     for name, values, colour in sides:
         drawn.add_bar(name=name, x=labels, y=values, marker=dict(color=colour))
+    # room for the words of the line beside the last bars
+    drawn.update_xaxes(range=[-0.5, len(labels) - 0.1])
     in_floors(drawn, [size for one in comparison.left for size in (one.before, one.after, one.told)])
     return drawn

@@ -6,6 +6,7 @@ from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.change.comparing import FITTED, AskedCause, ChangeKind, Heard, MachineComparison
 from gimbal_hil.knowledge.change.one_gain import as_one_gain
 from gimbal_hil.knowledge.discrepancy import entries_of
+from gimbal_hil.pages.report import quantity
 from sim_backend.effects import CATALOGUE
 
 _LISTED = 4
@@ -51,19 +52,31 @@ def document_of(comparison: MachineComparison) -> Json:
 
 def text_of(comparison: MachineComparison) -> str:
     """The answer in sentences."""
+    causes, rest = answer_of(comparison)
+    begin = "What changed" if comparison.kind is ChangeKind.CHANGED else "Something changed, perhaps this"
+    return f"{begin}: {'; '.join(causes)}. {rest}" if causes else rest
+
+
+def answer_of(comparison: MachineComparison) -> tuple[list[str], str]:
+    """Each cause that changed in words, and what else there is to say."""
     worst = max(comparison.left, key=lambda one: one.after)
     size = f"{worst.after:.1f} noise floors of the {worst.signal.replace('_', ' ')} of {worst.axis}"
     if comparison.changes:
-        told = "; ".join(map(_change_in_words, _changes(comparison)[0]))
+        causes = [_change_in_words(entry) for entry in _changes(comparison)[0]]
         others = sum(one.heard is not Heard.AGAINST for one in comparison.asked)
         rest = " Other causes that were found are no change: the logs before have them too." if others else ""
-        begin = "What changed" if comparison.kind is ChangeKind.CHANGED else "Something changed, perhaps this"
-        return f"{begin}: {told}. The model that fits the logs before leaves {size} in those after.{rest}"
+        return causes, f"The model that fits the logs before leaves {size} in those after.{rest}"
     if comparison.kind is ChangeKind.NO_CHANGE:
-        return f"Nothing changed that these logs show: the model that fits those before leaves {size} in those after."
+        return (
+            [],
+            f"Nothing changed that these logs show: the model that fits those before leaves {size} in those after.",
+        )
     if comparison.kind is ChangeKind.AMBIGUOUS:
-        return f"Something without a name changed: the model that fits the logs before leaves {size} in those after."
-    return (
+        return (
+            [],
+            f"Something without a name changed: the model that fits the logs before leaves {size} in those after.",
+        )
+    return [], (
         f"These logs cannot tell: the model that fits those before leaves {size} in those after, and those before "
         f"{worst.before:.1f}; what is missing may be missing in both."
     )
@@ -78,15 +91,22 @@ def _changes(comparison: MachineComparison) -> tuple[list[Json], list[Json]]:
 
 def _change_in_words(entry: Json) -> str:
     parts = []
+    periodic = {one.name for one in CATALOGUE[entry["name"]].parameters if one.periodic}
     for parameters in entries_of(entry):
-        for key, number in list(parameters.items())[:_LISTED]:
-            unit = "" if number["unit"] == "1" else f" {number['unit']}"
-            was = "" if number["nominal"] is None else f"was {number['nominal']:.4g} and is "
-            parts.append(f"{key} {was}{number['value']:.4g}{unit} ({number['low']:.4g} to {number['high']:.4g})")
+        shown = [(key, number) for key, number in parameters.items() if key not in periodic][:_LISTED]
+        for key, number in shown:
+            is_now, spread = (
+                quantity(size, number["unit"]) for size in (number["value"], 0.5 * (number["high"] - number["low"]))
+            )
+            was = "" if number["nominal"] is None else f"was {quantity(number['nominal'], number['unit'])} and is "
+            # "8 per turn" says what it is
+            name = "" if number["unit"].startswith("1/") else f"{key.replace('_', ' ')} "
+            parts.append(f"{name}{was}{is_now} (± {spread})")
     had = entry.get("share_before", 0.0)
     if abs(had) > _HAD and not CATALOGUE[entry["name"]].is_number:
         parts.append(f"{had:.0%} of it was there before")
-    return f"{entry['name']} of {entry['axis']}: {', '.join(parts)}, probability {entry['probability']:.2f}"
+    name = entry["name"].replace("_", " ")
+    return f"{name} on {entry['axis']}: {', '.join(parts)}, probability {entry['probability']:.2f}"
 
 
 def _with_sides(entry: Json, one: AskedCause) -> Json:

@@ -14,7 +14,7 @@ from gimbal_hil.knowledge.identification.sliding import StaticFit
 from gimbal_hil.knowledge.identification.stribeck import LugreFriction, StaticFriction
 from gimbal_hil.knowledge.identification.units import ROTARY, Units
 from gimbal_hil.knowledge.identification.velocity_map import VelocityMap
-from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, REFERENCE, SECOND, figure, stacked, thinned
+from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, REFERENCE, SECOND, figure, logarithm, stacked, thinned
 
 if TYPE_CHECKING:
     from gimbal_hil.pages.plots import Drawing
@@ -42,7 +42,7 @@ def velocity_map_figure(
     drawn = figure(
         "Friction over speed", f"joint rate, size [{units.rate}]", f"friction {units.word}, size [{units.torque}]", 460
     )
-    drawn.update_xaxes(type="log")
+    drawn.update_xaxes(**logarithm(abs(point.rate) for point in velocity_map.points))
     # six entries do not fit beside the title
     drawn.update_layout(legend={"y": -0.2, "yanchor": "top", "x": 0.0, "xanchor": "left"}, margin={"b": 90})
     for side, name, symbol in ((1.0, "measured, positive", "circle"), (-1.0, "measured, negative", "diamond-open")):
@@ -82,7 +82,7 @@ def residual_figure(fit: StaticFit, units: Units = ROTARY) -> Drawing:
             marker={"color": MEASURED if side > 0.0 else SECOND, "symbol": symbol, "size": 7},
             error_y={"type": "data", "array": [1.96 * fit.points[n].standard_error for n in places], "thickness": 1},
         )  # fmt: skip
-    drawn.update_xaxes(type="log")
+    drawn.update_xaxes(**logarithm(abs(point.rate) for point in fit.points))
     return drawn
 
 
@@ -178,6 +178,7 @@ def interval_figure(estimates: tuple[Estimate, ...], reference: LugreFriction, n
         one for one in estimates if known.get(one.name, 0.0) > 0.0 and one.verdict is not Determination.NOT_IDENTIFIED
     ]
     drawn = figure("Change against the model given", "difference [% of the model's value]", "", 130 + 34 * len(shown))
+    ends = [0.0]
     for estimate in shown:
         colour, name = _COLOURS[estimate.verdict], estimate.name.replace("_", " ")
         value, low, high = (
@@ -188,6 +189,10 @@ def interval_figure(estimates: tuple[Estimate, ...], reference: LugreFriction, n
             x=[low, high], y=[name] * 2, mode="lines", line={"color": colour, "width": 5}, showlegend=False
         )
         drawn.add_scatter(x=[value], y=[name], mode="markers", marker={"color": colour, "size": 8}, showlegend=False)
+        ends += [low, high]
+    # a line that ends at the edge would look cut
+    beyond = 0.06 * (max(ends) - min(ends)) or 1.0
+    drawn.update_xaxes(range=[min(ends) - beyond, max(ends) + beyond])
     drawn.update_yaxes(autorange="reversed")
     drawn.add_vline(x=0.0, color=REFERENCE, width=1)
     drawn.update_layout(hovermode="closest")

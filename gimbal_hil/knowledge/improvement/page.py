@@ -8,7 +8,7 @@ import difflib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from gimbal_hil.knowledge.discrepancy import LEAST_GAP
+from gimbal_hil.knowledge.discrepancy import LEAST_GAP, headline
 from gimbal_hil.knowledge.improvement.choosing import WORTH
 from gimbal_hil.knowledge.improvement.journal import (
     Chosen,
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from gimbal_hil.pages.plots import Drawing
 
 _GAP_CAPTION = (
-    "Rms left over per channel in noise floors. Each round begins with the model as it was then (dot) on data that "
-    "had no part in making "
-    "it, and ends with what the diagnosis proposes (open dot). Below the dashed line a channel counts as explained."
+    "Rms that is left of each channel. Each round begins (dot) with the model that its search starts from, on data "
+    "that had no part in making it, and ends (open dot) with what the diagnosis proposes. Below the dashed line a "
+    "channel counts as explained."
 )
 
 
@@ -44,7 +44,7 @@ def improvement_page(task: Task, entries: Sequence[Entry]) -> Page:
     end = next((e for e in reversed(entries) if isinstance(e, Ended | Stopped)), None)
     model = _last_model(task, rounds)
     used_s = max((e.antenna_s for e in measured), default=0.0)
-    blocks: list[Block] = [_conclusion(end), _tiles(task, rounds, measured, used_s, end)]
+    blocks: list[Block] = [_conclusion(end, rounds), _tiles(task, rounds, measured, used_s, end)]
     if rounds:
         blocks += [Heading("How the gap shrank"), Plot(_gap_figure(rounds), _GAP_CAPTION), _round_table(rounds)]
     blocks += [Heading("Experiments"), _experiment_table(entries), *_menu(rounds)]
@@ -67,9 +67,12 @@ def _last_model(task: Task, rounds: Sequence[Diagnosed]) -> AntennaModel:
     return task.start if place is None else load_model(task.out / place)
 
 
-def _conclusion(end: Ended | Stopped | None) -> Callout:
+def _conclusion(end: Ended | Stopped | None, rounds: Sequence[Diagnosed]) -> Callout:
     if isinstance(end, Ended):
-        return Callout(end.text, "good" if end.ending == Ending.AT_THE_FLOOR.word else "warning")
+        taken = next((one for one in reversed(rounds) if one.model is not None and one.effects), None)
+        added = "\n".join(f"{headline(effect)}." for effect in taken.effects) if taken is not None else ""
+        tone = "good" if end.ending == Ending.AT_THE_FLOOR.word else "warning"
+        return Callout(added, tone, end.text) if added and tone == "good" else Callout(end.text, tone)
     return Callout(
         f"Stopped before its end: {end.reason if end else 'the log goes no further'}. --resume goes on from here.",
         "warning",
@@ -109,21 +112,22 @@ def _gap_figure(rounds: Sequence[Diagnosed]) -> Drawing:
     shades = {"torque": [MEASURED, MODEL], "rate_error": [SECOND, REFERENCE]}
     colours = {channel: shades[channel[1]].pop(0) for channel in channels if shades.get(channel[1])}
     for channel in channels:
-        x: list[float] = []
-        y: list[float] = []
+        x: list[float | None] = []
+        y: list[float | None] = []
         symbols: list[str] = []
         for one in rounds:
             for gap in one.gaps:
                 if (gap["axis"], gap["signal"]) == channel:
-                    x += [one.round - 0.12, one.round + 0.12]
-                    y += [gap["before"] / gap["noise_floor"], gap["after"] / gap["noise_floor"]]
-                    symbols += ["circle", "circle-open"]
+                    # a gap between rounds: a search may begin from the first model again
+                    x += [one.round - 0.12, one.round + 0.12, None]
+                    y += [gap["before"] / gap["noise_floor"], gap["after"] / gap["noise_floor"], None]
+                    symbols += ["circle", "circle-open", "circle"]
         drawn.add_scatter(
             x=x, y=y, mode="lines+markers", name=f"{channel[0]} {channel[1].replace('_', ' ')}",
             line=dict(color=colours.get(channel), width=1.5), marker=dict(symbol=symbols, size=9),
         )  # fmt: skip
     drawn.add_hline(y=LEAST_GAP, color=ALERT, width=1, dash="dash")
-    in_floors(drawn, [size for trace in drawn.data for size in trace["y"]])
+    in_floors(drawn, [size for trace in drawn.data for size in trace["y"] if size is not None])
     drawn.update_xaxes(tickvals=[one.round for one in rounds], range=[rounds[0].round - 0.5, rounds[-1].round + 0.5])
     drawn.update_layout(hovermode="closest")
     return drawn
@@ -229,9 +233,7 @@ def _left(last: Diagnosed, end: Ended | Stopped | None) -> list[Block]:
         channel = f"{gap['axis']} {gap['signal'].replace('_', ' ')}"
         rows.append((channel, f"{gap['noise_floor']:.3g} {gap['unit']}", f"{before:.2f}", f"{after:.2f}"))
     header = ("channel", "noise floor", "before [floors]", "after [floors]")
-    blocks: list[Block] = [
-        Table(header, rows, f"Round {last.round}, on data that neither selected nor tuned anything.")
-    ]
+    blocks: list[Block] = [Table(header, rows, f"Round {last.round}, on data that no part of the search used.")]
     if not (isinstance(end, Ended) and end.ending == Ending.AT_THE_FLOOR.word):
         blocks.append(Text(last.text))
     if last.remark:

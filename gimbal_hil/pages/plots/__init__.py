@@ -11,6 +11,7 @@ from gimbal_hil.pages.plots.figures import (
     figure,
     figure_of_panels,
     in_floors,
+    logarithm,
     stacked,
     thinned,
 )
@@ -28,6 +29,7 @@ __all__ = [
     "figure",
     "figure_of_panels",
     "in_floors",
+    "logarithm",
     "stacked",
     "thinned",
     "write_picture",

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.pages.plots.drawing import Drawing
 
 #: measured, model, reference, second axis, warning
@@ -14,6 +15,8 @@ AXIS_COLOURS = ("#1f6f8b", "#d1603d")
 
 #: noise floors up to which an axis begins at zero
 _LINEAR_UP_TO = 50.0
+#: decades up to which a logarithmic axis has room for two and five
+_DECADES_WITH_DIGITS = 4.0
 
 _LINES = dict(gridcolor="#ebf0f8", ticks="", zerolinewidth=2, title=dict(standoff=15))
 _DARK = dict(color="#2a3f5f")
@@ -80,6 +83,19 @@ def figure_of_panels(x_titles: Sequence[str], y_title: str, height_each: int, ti
     return drawn
 
 
+def logarithm(values: Iterable[float | None]) -> Json:
+    """Properties of a logarithmic axis for these values: one, two and five of every decade written out, and of more
+    than four decades the powers of ten alone.
+    """
+    sizes = [value for value in values if value is not None and math.isfinite(value) and value > 0.0]
+    low, high = (math.log10(end) for end in (min(sizes, default=1.0), max(sizes, default=1.0)))
+    digits = (1,) if high - low > _DECADES_WITH_DIGITS else (1, 2, 5)
+    ticks = [
+        float(f"{digit}e{decade}") for decade in range(math.floor(low) - 1, math.ceil(high) + 2) for digit in digits
+    ]
+    return dict(type="log", tickvals=ticks, ticktext=[f"{tick:g}" for tick in ticks])
+
+
 def in_floors(drawn: Drawing, values: Sequence[float]) -> None:
     """An upright axis for sizes in noise floors, with a line at one floor: from zero, so that a bar is as long as it is
     large, and logarithmic only where the largest would hide the smallest.
@@ -91,9 +107,7 @@ def in_floors(drawn: Drawing, values: Sequence[float]) -> None:
     at = dict(x=1.0, xref="paper", xanchor="right", y=0.0 if logarithmic else 1.0, yanchor="bottom")
     drawn.add_annotation("noise floor", **at)
     if logarithmic:
-        # one, two and five of every decade, written out
-        ticks = [digit * 10.0**decade for decade in range(-3, 7) for digit in (1, 2, 5)]
-        drawn.update_yaxes(type="log", tickvals=ticks, ticktext=[f"{tick:g}" for tick in ticks])
+        drawn.update_yaxes(**logarithm(values))
     else:
         drawn.update_yaxes(range=[0.0, 1.12 * max(most, 1.2)])
 

@@ -31,7 +31,7 @@ class Dots:
 
 def error_dots(title: str, scenarios: Sequence[str], compared: Sequence[Dots]) -> Drawing:
     """Dots over a logarithmic axis, which has no zero that a bar could begin at."""
-    from gimbal_hil.pages.plots import figure
+    from gimbal_hil.pages.plots import figure, logarithm
 
     def least(place: int) -> float:
         return min((one.sizes[place] for one in compared if math.isfinite(one.sizes[place])), default=math.inf)
@@ -50,7 +50,7 @@ def error_dots(title: str, scenarios: Sequence[str], compared: Sequence[Dots]) -
             marker=dict(color=one.colour, size=10, opacity=0.85),
             error_x=error if spread else None,
         )
-    drawn.update_xaxes(type="log")
+    drawn.update_xaxes(**logarithm(size for one in compared for size in one.sizes))
     drawn.update_yaxes(autorange="reversed")
     drawn.update_layout(hovermode="y unified")
     return drawn

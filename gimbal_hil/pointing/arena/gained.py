@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gimbal_hil.knowledge.tuning import Tuning, margins
@@ -39,10 +40,12 @@ def gained_text(found: ArenaResult) -> str:
 
 def gained_blocks(found: ArenaResult, tuning: Tuning, cautions: Sequence[str]) -> list[Block]:
     """The report as sections of a page; `cautions` are numbers that nobody measured."""
-    worse = any(ratio < 1.0 for ratio in _ratios(found))
+    worse = any(ratio < 1.0 for ratio in _ratios(found).values())
     blocks: list[Block] = [
         Callout(_answer(found), "warning" if worse else "good"),
-        Plot(_dots(found), f"Line-of-sight error on the antenna {found.antennas[0]}; the axis is logarithmic."),
+        Plot(
+            _dots(found), f"Line-of-sight error on the antenna {Path(found.antennas[0]).stem}; the axis is logarithmic."
+        ),
         Table(("Scenario", "Before [urad]", "Tuned [urad]", "Times smaller"), _rows(found)),
         Heading("Loops"),
         Table(
@@ -66,20 +69,21 @@ def _rms(found: ArenaResult, scenario: str, name: str) -> float:
     return math.inf if spread is None else spread.mean
 
 
-def _ratios(found: ArenaResult) -> list[float]:
+def _ratios(found: ArenaResult) -> dict[str, float]:
     """Error before over error after, of the scenarios that neither of them tripped in."""
-    pairs = [(_rms(found, one.name, _BEFORE), _rms(found, one.name, _AFTER)) for one in found.scenarios]
-    return [before / after for before, after in pairs if math.isfinite(before) and math.isfinite(after)]
+    pairs = {one.name: (_rms(found, one.name, _BEFORE), _rms(found, one.name, _AFTER)) for one in found.scenarios}
+    ended = {name: pair for name, pair in pairs.items() if all(map(math.isfinite, pair))}
+    return {name: before / after for name, (before, after) in ended.items()}
 
 
 def _answer(found: ArenaResult) -> str:
     ratios = _ratios(found)
     if not ratios:
         return "No scenario was run to its end both before and after: see the table."
-    middle, least = statistics.median(ratios), min(ratios)
-    said = f"Tuned, the line-of-sight error is {middle:.1f} times smaller in the middle of {len(ratios)} scenarios"
+    middle, (least, where) = statistics.median(ratios.values()), min((ratio, name) for name, ratio in ratios.items())
+    said = f"Tuned, the line-of-sight error is {_times(middle)} times smaller in the median of {len(ratios)} scenarios"
     if least < 1.0:
-        return f"{said}, and {1.0 / least:.2f} times larger in the worst one."
+        return f"{said}. In one it is {1.0 / least:.2f} times larger: {where}."
     return f"{said}, and at least {least:.1f} times."
 
 
@@ -87,9 +91,13 @@ def _rows(found: ArenaResult) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for one in found.scenarios:
         before, after = _rms(found, one.name, _BEFORE), _rms(found, one.name, _AFTER)
-        times = f"{before / after:.2f}" if math.isfinite(before) and math.isfinite(after) else "-"
+        times = _times(before / after) if math.isfinite(before) and math.isfinite(after) else "-"
         rows.append((one.name, _size(before), _size(after), times))
     return rows
+
+
+def _times(ratio: float) -> str:
+    return f"{ratio:.0f}" if ratio >= 100.0 else f"{ratio:.1f}" if ratio >= 1.0 else f"{ratio:.2f}"
 
 
 def _size(value: float) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -94,10 +95,43 @@ def _worst_lines(found: ArenaResult) -> list[str]:
             worst = found.worst(antenna, entrant.name)
             if worst is not None:
                 size = "tripped" if worst[1] == float("inf") else f"{_MICRO * worst[1]:.1f} urad"
-                behind = _behind(found, antenna, entrant.name)
                 told = f"worst case of {entrant.name} on {_short(antenna)}, steps apart: {worst[0]}, {size}"
-                lines.append(f"{told}{behind}{_limit_cycle(entrant, antenna)}")
+                behind = _behind(found, antenna, entrant.name)
+                if behind is not None:
+                    told += (
+                        f"; over 10 % behind the best in {behind.count} of {behind.rows} cases, "
+                        f"{behind.most:.1f} times in {behind.where}"
+                    )
+                swings = "; its loops are not stable on this antenna: what is shown is a limit cycle"
+                lines.append(told + (swings if _is_limit_cycle(entrant, antenna) else ""))
     return lines
+
+
+def _worst_table(found: ArenaResult) -> Table:
+    """The worst case of every controller, and how far it is behind the best one."""
+    rows = []
+    for antenna in found.antennas:
+        for entrant in found.entrants:
+            worst = found.worst(antenna, entrant.name)
+            if worst is None:
+                continue
+            size = "tripped" if worst[1] == float("inf") else _three_digits(_MICRO * worst[1])
+            behind, seen = _behind(found, antenna, entrant.name), ("-", "-")
+            if behind is not None:
+                seen = f"{behind.count} of {behind.rows}", f"{behind.where}: {_three_digits(behind.most)} times"
+            told = "not stable: a limit cycle" if _is_limit_cycle(entrant, antenna) else ""
+            rows.append((entrant.name, _short(antenna), worst[0], size, *seen, told))
+    kept = [True] * 6 + [any(row[6] for row in rows)]
+    header = ("Controller", "Antenna", "Worst case", "rms [urad]", "Cases behind", "Most behind the best", "Loops")
+    cut = [[cell for cell, keep in zip(row, kept, strict=True) if keep] for row in (header, *rows)]
+    return Table(
+        cut[0], cut[1:], "Steps are left out; behind is more than 10 % worse than the best controller of a case."
+    )
+
+
+def _three_digits(value: float) -> str:
+    """Without an exponent, however large."""
+    return f"{value:.0f}" if value >= 100.0 else f"{value:.3g}"
 
 
 def _short(antenna: str) -> str:
@@ -105,8 +139,18 @@ def _short(antenna: str) -> str:
     return Path(antenna).name.removesuffix(".yaml")
 
 
-def _behind(found: ArenaResult, antenna: str, controller: str) -> str:
-    """In how many cases a controller is worse than the best one by more than a tenth, and where most."""
+@dataclass(frozen=True)
+class _Behind:
+    """In how many cases, of how many, a controller is worse than the best one by more than a tenth, and where most."""
+
+    count: int
+    rows: int
+    most: float
+    where: str
+
+
+def _behind(found: ArenaResult, antenna: str, controller: str) -> _Behind | None:
+    """How far a controller is behind the best ones; None where it never is."""
     most, where, count, rows = 1.0, "", 0, 0
     for one in (one for one in found.scenarios if one.score is not Score.STEP):
         spreads = {
@@ -120,21 +164,16 @@ def _behind(found: ArenaResult, antenna: str, controller: str) -> str:
         times = spreads[controller] / min(spreads.values())
         count += times > _CLOSE
         most, where = max((most, where), (times, one.name))
-    if not rows or not count:
-        return ""
-    return f"; over 10 % behind the best in {count} of {rows} cases, {most:.1f} times in {where}"
+    return _Behind(count, rows, most, where) if count else None
 
 
-def _limit_cycle(entrant: Entrant, antenna: str) -> str:
-    """A word on loops that are not stable on an antenna: their figures are those of an oscillation."""
+def _is_limit_cycle(entrant: Entrant, antenna: str) -> bool:
+    """Whether loops are not stable on an antenna: their figures are then those of an oscillation."""
     if entrant.law is not None:
         # the search for its numbers kept the margin
-        return ""
+        return False
     model = model_named(antenna)
-    settings = entrant.settings.for_axes(model.axes, model.where)
-    if least_margin_on(settings, model) > 0.0:
-        return ""
-    return "; its loops are not stable on this antenna: what is shown is a limit cycle"
+    return least_margin_on(entrant.settings.for_axes(model.axes, model.where), model) <= 0.0
 
 
 def _best_lines(found: ArenaResult) -> list[str]:
@@ -145,9 +184,8 @@ def _best_lines(found: ArenaResult) -> list[str]:
         if rows:
             ((where, size), name), (_, last) = (pick(rows, key=lambda row: row[0][1]) for pick in (min, max))
             told = "a guard stopped it" if size == float("inf") else f"{_MICRO * size:.1f} urad rms"
-            beside = f" The largest worst case is that of {last}." if len(rows) > 1 else ""
-            first = f"{_short(antenna)}: {name} points best in its worst case, {where}: {told}."
-            lines.append(first + beside)
+            beside = f" The largest is that of {last}." if len(rows) > 1 else ""
+            lines.append(f"{name} has the smallest worst case on {_short(antenna)}: {told} ({where}).{beside}")
     return lines
 
 
@@ -168,7 +206,7 @@ def arena_blocks(found: ArenaResult) -> list[Block]:
         Table(("Controller", "What it is"), [(one.name, one.text) for one in found.entrants]),
     ]
     blocks: list[Block] = [Callout(line) for line in _best_lines(found)]
-    blocks += [Heading("The worst case of every controller"), *(Text(f"{line}.") for line in _worst_lines(found))]
+    blocks += [Heading("The worst case of every controller"), _worst_table(found)]
     if moving:
         blocks += [Plot(_dots(found, moving, antenna), _seen_in(found, antenna)) for antenna in found.antennas]
         blocks += [*about, Heading("Line of sight"), *(_tables(found, moving, (_LINE_OF_SIGHT,)))]

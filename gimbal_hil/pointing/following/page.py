@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gimbal_hil.data.runs import AXES
-from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, Text, Tiles
+from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, Text, Tiles, counted
 from gimbal_hil.pointing.following.judging import HeldTrace, MuteChange, PointingFigures
 
 if TYPE_CHECKING:
@@ -70,7 +70,9 @@ def write_page(
         Text(held.about),
         Heading("Pointing error"),
         Plot(
-            _error_figure(trace, beyond_rad, known), "Largest error in each interval drawn; the line is where mute is."
+            _error_figure(trace, beyond_rad, known),
+            "Largest error in each interval drawn; dashed: beyond it the transmitter is muted. On a base at rest both "
+            "errors are the same.",
         ),
         Heading("Joints"),
         Plot(_joints_figure(trace, held.axes), "Where the joints were: the base's motion and the target's together."),
@@ -114,10 +116,11 @@ def summary(name: str, figures: PointingFigures) -> str:
         )
     true = figures.settled_true_rms_urad
     truly = "" if math.isnan(true) else f" ({true:.1f} by the base's true motion)"
+    times, seconds = figures.mutes_after_acquisition, figures.muted_after_acquisition_s
+    muted = f"muted {counted(times, 'time')}, {seconds:.2f} s in all" if times else "never muted"
     return (
-        f"{name}: acquired after {figures.acquired_after_s:.2f} s; settled, {figures.settled_rms_urad:.1f} urad rms"
-        f"{truly}, {figures.settled_peak_urad:.0f} at most; muted {figures.mutes_after_acquisition} times after the "
-        f"acquisition, {figures.muted_after_acquisition_s:.2f} s in all."
+        f"{name}: acquired after {figures.acquired_after_s:.2f} s, then within {figures.settled_rms_urad:.1f} urad rms"
+        f"{truly}, {figures.settled_peak_urad:.0f} urad at most, and {muted}."
     )
 
 
@@ -146,8 +149,8 @@ def _error_figure(trace: HeldTrace, beyond_rad: float, known: bool) -> Drawing:
     every = max(1, len(trace.tick) // _POINTS)
     size = len(trace.tick) // every * every
     time_s = trace.time_s[:size:every]
-    lines = [(trace.error, "host and encoders", MEASURED)]
-    lines += [(trace.true_error, "base's true motion", SECOND)] if known else []
+    lines = [(trace.error, "as host and encoders see it", MEASURED)]
+    lines += [(trace.true_error, "by the base's true motion", SECOND)] if known else []
     for error, label, colour in lines:
         most = np.nan_to_num(error[:size], nan=0.0).reshape(-1, every).max(axis=1)
         drawn.add_scatter(x=time_s, y=1e6 * most, name=label, line=dict(color=colour))

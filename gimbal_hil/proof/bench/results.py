@@ -68,9 +68,7 @@ def slower_blocks(slower: Sequence[str]) -> list[Block]:
 def bench_page(blocks: Sequence[Block], command: str) -> Page:
     """The results page: what was found, on what, by which command."""
     about = [("command", command), ("time", wall_clock_utc()[:16].replace("T", " ") + " UTC"), *machine()]
-    compared = "controllers beside each other" if " pointing" in command else "ratios to references from the same run"
-    return Page(
-        "Bench",
-        compared,
-        [*blocks, Heading("Machine"), Table(("What", "Value"), about)],
-    )
+    titled = ("Bench", "ratios to references from the same run")
+    if " pointing" in command:
+        titled = ("Controllers beside each other", "how well each holds the line of sight")
+    return Page(*titled, [*blocks, Heading("Machine"), Table(("What", "Value"), about)])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table
+from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, quantity
 
 if TYPE_CHECKING:
     from gimbal_hil.pages.plots import Drawing
@@ -29,7 +29,8 @@ def campaign_page(table: Path, title: str, where: str) -> Page:
     failed = [text for text in problems if text]
     ended = f"{len(failed)} did not finish the experiment" if failed else "all finished the experiment"
     said = f"{len(problems) - 1} antennas and the nominal one: {ended}."
-    kinds = list(dict.fromkeys(name.rpartition(": ")[2] for name in measured))
+    # what differs most comes first, because the headline speaks of it
+    kinds = sorted(dict.fromkeys(name.rpartition(": ")[2] for name in measured), key=lambda one: -_width(one, measured))
     blocks: list[Block] = [
         Callout(
             said + (f" The first: {failed[0]}." if failed else "") + _widest(kinds, measured),
@@ -95,19 +96,33 @@ def _widest(kinds: Sequence[str], measured: Mapping[str, NDArray[np.float64]]) -
     """The number that differs most from antenna to antenna, in words: against the largest of its kind, because one that
     is next to nothing may double; a percentage is a share already.
     """
-    found: list[tuple[float, str]] = []
-    for kind in kinds:
-        of_kind = _of_kind(kind, measured)
-        known = [np.abs(values[np.isfinite(values)]) for values in of_kind.values()]
-        size = 100.0 if _unit(kind) == "%" else max(float(np.max(np.concatenate(known), initial=0.0)), 1e-12)
-        for step, values in of_kind.items():
-            if not np.isfinite(values[0]) or not np.isfinite(values[1:]).any():
-                continue
+    found = [spread for kind in kinds for spread in _spreads(kind, measured)]
+    if not found:
+        return ""
+    _, kind, step, low, high, nominal = max(found)
+    unit = _unit(kind)
+    said = f"{_words(kind)} of {step}, {low:.3g} to {high:.3g} {unit} in nine of ten antennas"
+    return f" Differs most: {said} (nominal {nominal:.3g} {unit})."
+
+
+def _width(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> float:
+    """How much the step of a kind that differs most does, against the largest of its kind."""
+    return max((spread[0] for spread in _spreads(kind, measured)), default=0.0)
+
+
+def _spreads(
+    kind: str, measured: Mapping[str, NDArray[np.float64]]
+) -> list[tuple[float, str, str, float, float, float]]:
+    """(width against the largest of the kind, kind, step, 5 % and 95 % quantile, nominal) of every step."""
+    of_kind = _of_kind(kind, measured)
+    known = [np.abs(values[np.isfinite(values)]) for values in of_kind.values()]
+    size = 100.0 if _unit(kind) == "%" else max(float(np.max(np.concatenate(known), initial=0.0)), 1e-12)
+    found = []
+    for step, values in of_kind.items():
+        if np.isfinite(values[0]) and np.isfinite(values[1:]).any():
             low, high = np.nanquantile(values[1:], (0.05, 0.95))
-            unit = _unit(kind)
-            said = f"{_words(kind)} of {step}, {low:.4g} to {high:.4g} {unit} in nine of ten (nominal {values[0]:.4g})"
-            found.append(((high - low) / size, said))
-    return f" Differs most: {max(found)[1]}." if found else ""
+            found.append(((high - low) / size, kind, step, float(low), float(high), float(values[0])))
+    return found
 
 
 def _spread(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> Drawing:
@@ -122,7 +137,7 @@ def _spread(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> Drawing:
     nominal = np.array([values[0] for values in picked.values()])
     quantiles = np.array([np.nanquantile(values, (0.05, 0.25, 0.5, 0.75, 0.95)) for values in picked.values()]).T
     low, q1, median, q3, high = quantiles - nominal
-    steps = [f"{step}: {value:.4g} {unit}".rstrip() for step, value in zip(picked, nominal, strict=True)]
+    steps = [f"{step}: {quantity(value, unit or '1')}" for step, value in zip(picked, nominal, strict=True)]
     for name, least, most, colour, width in (
         ("5 to 95 %", low, high, REFERENCE, 4),
         ("25 to 75 %", q1, q3, MEASURED, 8),
@@ -136,6 +151,8 @@ def _spread(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> Drawing:
             marker=dict(color=colour, size=width),
             error_x=dict(color=colour, thickness=width, width=0, **reach),
         )
+    dot = dict(color="#ffffff", size=8, line=dict(color=MEASURED, width=2))
+    drawn.add_scatter(x=median, y=steps, mode="markers", name="median", marker=dot)
     drawn.update_yaxes(autorange="reversed")
     drawn.update_xaxes(tickangle=0, nticks=5)
     drawn.add_vline(x=0.0, color=ALERT, width=1)

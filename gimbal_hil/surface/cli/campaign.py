@@ -100,7 +100,9 @@ def command(
         print(json.dumps({"antennas": done.antennas - 1, "table": str(done.table), "report": str(page)}))
     else:
         print(f"{campaign.experiment.text}: {where}\n  table   {done.table}\n  report  {page}")
-        print_next(command_line("experiment", name, out=Path("runs") / Path(name).stem))
+        print_next(
+            command_line("experiment", name, config=asked.config, model=asked.model, out=Path("runs") / Path(name).stem)
+        )
     return 0
 
 

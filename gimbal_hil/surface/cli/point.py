@@ -157,7 +157,7 @@ def _target(asked: _Asked, start: datetime, looks: Boresight) -> tuple[Target, W
     about = (
         f"Target {text}, sky of {start:%Y-%m-%d %H:%M:%S} UTC. Directions are geometric: no refraction, no light time. "
         f"Boresight {looks}: {looks.raises} inner positions look up. "
-        f"A row every {way.row_s:g} s; what lies between is off by {1e6 * way.off_rad:.2g} urad at most."
+        f"The way is a row every {way.row_s:g} s, joined by curves that are right to {1e6 * way.off_rad:.2g} urad."
     )
     if flight is not None:
         about += (

@@ -12,6 +12,7 @@ from gimbal_hil.knowledge.discrepancy.verdict.separating import (
 )
 from gimbal_hil.knowledge.discrepancy.verdict.torque_times import with_torque_times
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict, entries_of, refusal, verdict_of
+from gimbal_hil.knowledge.discrepancy.verdict.wording import headline
 
 __all__ = [
     "CHANCE",
@@ -21,6 +22,7 @@ __all__ = [
     "discrepancy_page",
     "entries_of",
     "explained_by",
+    "headline",
     "ramps_apart",
     "recalibrated_model",
     "refusal",

@@ -19,10 +19,25 @@ from gimbal_hil.knowledge.discrepancy.verdict.page_figures import (
 )
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict, entries_of
 from gimbal_hil.knowledge.discrepancy.verdict.wording import headline, told_against, told_shift
-from gimbal_hil.pages.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
+from gimbal_hil.pages.report import (
+    Block,
+    Callout,
+    Details,
+    Heading,
+    Listing,
+    Page,
+    Plot,
+    Table,
+    Text,
+    Tiles,
+    quantity,
+)
 from sim_backend.model import AntennaModel
 
-_GAP_CAPTION = "Rms left over per channel {}, before and after, beside noise and processing."
+_GAP_CAPTION = (
+    "Rms that is left of each channel {}, with the model as given and with what is told. The processing floor is the "
+    "error of the method itself."
+)
 _TONE = {
     "named": "good",
     "no_discrepancy": "good",
@@ -127,7 +142,13 @@ def _said(verdict: Json) -> Callout:
     for against in verdict["contradictions"]:
         text = text.replace(told_against(against), "").replace(told_shift(against), "")
     tone, first = _TONE[verdict["verdict"]], " ".join(causes)
-    return Callout("\n".join(causes), tone, text.removeprefix(first).strip()) if causes else Callout(text, tone)
+    if causes:
+        return Callout("\n".join(causes), tone, text.removeprefix(first).strip())
+    if verdict["verdict"] in ("no_discrepancy", "cannot_judge"):
+        # the first sentence is the answer, sizes are for who wants to know
+        answer, _, sizes = text.partition(". ")
+        return Callout(f"{answer.removesuffix('.')}.", tone, sizes)
+    return Callout(text, tone)
 
 
 def _looks_like(result: Result) -> list[Block]:
@@ -143,10 +164,11 @@ def _looks_like(result: Result) -> list[Block]:
 
 def _floor_tile(gap: Gap) -> tuple[str, str]:
     """The noise floor; a larger inertia makes more of the encoder's error, and what is left is then noise to it."""
-    floor, after = (f"{one:.2g}" for one in (gap.noise_floor, gap.noise_floor_after))
-    if floor == after:
-        return f"{floor} {gap.unit}", "noise floor"
-    return f"{floor} → {after} {gap.unit}", "noise floor, with the inertia of the model and as fitted"
+    floor, after = (quantity(one, gap.unit) for one in (gap.noise_floor, gap.noise_floor_after))
+    of = f"noise floor of {gap.axis} {gap.signal.replace('_', ' ')}"
+    return (
+        (floor, of) if floor == after else (f"{floor} → {after}", f"{of}, with the inertia of the model and as fitted")
+    )
 
 
 def _moved_row(moved: Json) -> tuple[str, ...]:
@@ -160,14 +182,14 @@ def _judged_on(result: Result) -> str:
     """What the sizes of the page were measured on."""
     if result.suspected_only:
         return "on the last part of the same log"
-    return "on hold-out rows that neither selected nor tuned"
+    return "on held-out rows that no part of the search used"
 
 
 def _proof(result: Result, gap: Gap) -> list[Block]:
     """The plot that shows what kind of thing is missing: what is left over position, speed and temperature."""
     caption = (
-        f"Dots: rows, {_judged_on(result)}; lines: the mean in each slice of the travel (speed, temperature). A ripple "
-        "in the first panel is tied to position, a slope in the second to speed, a step at zero speed to direction."
+        f"Dots: rows, {_judged_on(result)}; lines: their mean over position, rate and temperature where it is logged. "
+        "A wave in the first panel is a ripple, a slope in the second acts with speed, a step at zero with direction."
     )
     return [
         Heading(f"What is left of {gap.axis} {gap.signal.replace('_', ' ')}, and over what"),
@@ -242,6 +264,11 @@ def _ranking(result: Result) -> Table:
     )
 
 
+def _more_left(extra: float) -> str:
+    """By how much more a rival leaves: in percent, and in times where percent have too many digits."""
+    return f"{1.0 + extra:,.0f} times" if extra > 10.0 else f"{extra:+.1%}"
+
+
 def _rivals(result: Result) -> Table | None:
     """What was put in the place of each cause; None where nothing was."""
     rows = []
@@ -251,14 +278,13 @@ def _rivals(result: Result) -> Table | None:
         for rival in one.standing.rivals[:4]:
             apart = "no" if rival.close(policy) else "yes"
             other = " and ".join(f"{effect} ({axis})" for effect, axis in rival.labels)
-            rows.append((name, other, f"{rival.sure:.1f}", f"{rival.extra:+.1%}", apart))
+            rows.append((name, other, f"{rival.sure:.1f}", _more_left(rival.extra), apart))
     caption = (
-        "Every cause beside what could stand in its place, refitted there: by how many standard errors over blocks, and"
-        " by which share of "
-        f"what is left, it explains less. Under {policy.sure:g} ({policy.anew:g} for another order of the same ripple),"
-        f" or by less than a model is exact to ({policy.same:.0%} of what is left or of the rms that the cause takes,"
-        f" {policy.least_squares:g} squared noise floors) or than the part of what is left that can be predicted, since"
-        " something else is missing there, they cannot be told apart."
+        "Every cause beside what could stand in its place, refitted there: by how many standard errors over blocks it "
+        f"explains less, and how much more it leaves. Under {policy.sure:g} ({policy.anew:g} for another order of the "
+        f"same ripple), or by less than a model is exact to ({policy.same:.0%} of what is left or of the rms that the "
+        f"cause takes, {policy.least_squares:g} squared noise floors) or than the part of what is left that can be "
+        "predicted, since something else is missing there, they cannot be told apart."
     )
     return (
         Table(("cause", "in its place", "standard errors", "squares left", "told apart"), rows, caption)

@@ -42,6 +42,8 @@ def gap_figure(verdict: Json) -> Drawing:
         shares = [gap[key] / gap["noise_floor"] for gap in verdict["gaps"]]
         drawn.add_bar(name=name, x=labels, y=shares, marker=dict(color=colour))
         drawn_shares += shares
+    # room for the words of the line beside the last bars
+    drawn.update_xaxes(range=[-0.5, len(labels) - 0.1])
     in_floors(drawn, drawn_shares)
     return drawn
 
@@ -117,7 +119,7 @@ def over_figure(result: Result, gap: Gap) -> Drawing:
     over = _abscissas(result, gap.axis)
     word = gap.signal.replace("_", " ")
     drawn = figure_of_panels(
-        [name for name, _ in over], gap.unit, 250, f"{gap.axis} {word} left over, before and after"
+        [name for name, _ in over], f"{word} left [{gap.unit}]", 250, f"{gap.axis} {word} left over, before and after"
     )
     few = thinned(len(before), _DOTS)
     lines = [("before", before, REFERENCE)] + ([("after", after, MODEL)] if _explained(result) else [])

@@ -126,7 +126,7 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
     text = told(result, effects, gaps) + "".join(told_against(found) for found in against)
     something_else = 1.0 - min((one.of_names for one in result.told), default=0.0 if kind is Kind.UNEXPLAINED else 1.0)
     over, unseen = result.decision.depends_on, tuple(not_testable(result))
-    text += told_unseen(result, unseen) + told_hidden(result)
+    text += told_unseen(result, unseen) + ("" if kind is Kind.CANNOT_JUDGE else told_hidden(result))
     return Verdict(
         kind,
         text,

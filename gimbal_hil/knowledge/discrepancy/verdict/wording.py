@@ -28,10 +28,10 @@ def told(result: Result, effects: Sequence[Json], gaps: Sequence[Gap]) -> str:
         return f"The model explains this data to its noise{moved}. {_would_have_shown(result)}{limit}"
     if kind is Kind.CANNOT_JUDGE:
         least = result.request.policy.least_gap
-        limits = " and ".join(f"{quantity(least * g.noise_floor, g.unit)} in the {_of_channel(g)}" for g in gaps)
+        limits = ", ".join(f"{quantity(least * g.noise_floor, g.unit)} in the {_of_channel(g)}" for g in gaps)
         return (
-            f"There is no gap{moved}, but these logs cannot judge the model: less than {limits} does not show. "
-            f"{_would_have_shown(result)}"
+            f"There is no gap{moved}, but these logs cannot judge the model.{told_hidden(result)} "
+            f"{_would_have_shown(result)} Gaps below these sizes do not show: {limits}."
         )
     if kind is Kind.UNEXPLAINED:
         return _unexplained(result, gaps)
@@ -209,8 +209,11 @@ def told_unseen(result: Result, unseen: Sequence[Json]) -> str:
 def told_hidden(result: Result) -> str:
     """Which numbers could be off by a factor of two, except those that the verdict names."""
     told = {one.standing.label for one in result.told}
-    left = [label for label in result.hidden if label not in told]
-    hidden = " or ".join(f"{CATALOGUE[name].asked_as} on {axis}" for name, axis in left)
+    left: dict[str, list[str]] = {}
+    for name, axis in result.hidden:
+        if (name, axis) not in told:
+            left.setdefault(axis, []).append(CATALOGUE[name].asked_as)
+    hidden = ", or ".join(f"{' or '.join(names)} on {axis}" for axis, names in left.items())
     return f" These logs would not have shown half or twice the right {hidden}." if hidden else ""
 
 
