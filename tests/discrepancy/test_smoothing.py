@@ -78,3 +78,14 @@ def test_a_gyro_is_not_compared_with_a_rate_that_was_quieted(hz: float) -> None:
     middle = slice(len(scored(v, bands)) // 10, -len(scored(v, bands)) // 10)
     error, as_quieted = scored(gyro - quieted - v, bands)[middle], scored(gyro - v, bands)[middle]
     assert np.std(error) < 4e-6 < 2e-5 < np.std(as_quieted)
+
+
+@pytest.mark.parametrize("hz", [2.0, 3.125, 6.25])
+def test_a_joint_breaks_away_as_sharply_where_less_is_scored(hz: float) -> None:
+    t = np.arange(10001) * 1e-3
+    since = np.maximum(t - 5.0, 0.0)
+    position = 0.25 * since**2
+    _, v, _ = interval_means(position[:, None], Bands(hz, 1e-3))
+    # a sixtieth of a second before and after: what friction, a function of the rate's sign, sees of a reversal
+    before, after = np.abs(v[4983, 0]), v[5017, 0]
+    assert before < 0.02 * after

@@ -21,6 +21,8 @@ Floats = NDArray[np.float64]
 
 #: smoothing is flat to this many times the scored band
 _WIDE = 5.0
+#: and up to here at least, Hz, where the log has it: friction reverses as sharply however little of it is scored
+_SHARP_HZ = 62.5
 #: local power beyond the scored band must stand this far above the quietest tenth to count as motion
 _FACTOR = 4.0
 
@@ -40,8 +42,8 @@ class Bands:
     @property
     def smoothing(self) -> tuple[float, float]:
         """Pass and stop edge of the smoothing filter, Hz, kept below the Nyquist frequency."""
-        nyquist = 0.5 / self.period_s
-        return min(_WIDE * self.scored_hz, 0.55 * nyquist), min(1.75 * _WIDE * self.scored_hz, 0.98 * nyquist)
+        nyquist, wide_hz = 0.5 / self.period_s, max(_WIDE * self.scored_hz, _SHARP_HZ)
+        return min(wide_hz, 0.55 * nyquist), min(1.75 * wide_hz, 0.98 * nyquist)
 
     @property
     def scoring(self) -> tuple[float, float]:
