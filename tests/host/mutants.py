@@ -23,6 +23,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from tests.ledger import Ledger, key_of
+
 _PACKAGE = "gimbal_hil.loop.host"
 #: in the order of import, so that each one takes the changed names of those before it
 _NAMES = (
@@ -36,7 +38,17 @@ GUARDS = {
     "identity": ("receive_identity", "is_known", "is_refused", "_refusal", "_units_differ"),
     "plausibility": (
         *("watch_status", "watch_sensors", "implausible", "_acting_torque", "_weights", "_is_noisy"),
-        *("_is_turned_round", "_watch_quiet", "_window", "_watch_place", "has_jumped", "accept_places", "_held"),
+        *(
+            "_parts_slowly",
+            "_watch_noise",
+            "_is_turned_round",
+            "_watch_quiet",
+            "_window",
+            "_watch_place",
+            "has_jumped",
+            "accept_places",
+            "_held",
+        ),
     ),
     "repeating": ("watch_repeats", "_has_period", "_are_alike"),
     "reception": ("_periods_since",),
@@ -61,7 +73,7 @@ GUARDS = {
 TESTS = (
     *("test_plausibility", "test_either_way", "test_guards", "test_identity", "test_connecting"),
     *("test_places", "test_limits_of_an_axis", "test_supervisor", "test_following", "test_antenna_that_catches_up"),
-    *("test_braking", "test_refusing"),
+    *("test_braking", "test_refusing", "test_one_sensor"),
 )
 _ROOMS = {"test_refusing": "daemon"}
 _TURNED = {ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
@@ -109,6 +121,7 @@ class Mutant:
     text: str
     place: int
     instead: Any
+    key: str
 
     @property
     def name(self) -> str:
@@ -159,7 +172,8 @@ def mutants() -> Iterator[Mutant]:
         for function in _functions(ast.parse(_source(_MODULES[module])), functions):
             for place, node in enumerate(_in_order(function)):
                 for text, instead in _changes(node):
-                    yield Mutant(module, function.name, text, place, copy.deepcopy(instead))
+                    key = key_of(f"{module}.{function.name}: {text}", place, function)
+                    yield Mutant(module, function.name, text, place, copy.deepcopy(instead), key)
 
 
 def _functions(tree: ast.Module, names: tuple[str, ...]) -> list[ast.FunctionDef]:
@@ -278,33 +292,36 @@ def _passes(test: Callable[[], None]) -> bool:
 
 def main() -> None:
     """Mutants, those that live, and how long it took; `MUTANTS_EVERY=n` takes every n-th one, `MUTANTS_OF=text,text`
-    those with one of these texts in their names.
+    those with one of these texts in their names; the rest is `tests.ledger`'s.
     """
     if os.environ.get("NUMBA_DISABLE_JIT") != "1":
         # compiled code is not changed with its source: every mutant would live
         sys.exit("mutants: NUMBA_DISABLE_JIT is not 1; expected NUMBA_DISABLE_JIT=1 python -m tests.host.mutants")
-    began, tests = time.perf_counter(), _tests()
+    began, tests, ledger = time.perf_counter(), _tests(), Ledger()
     every, of = int(os.environ.get("MUTANTS_EVERY", "1")), os.environ.get("MUTANTS_OF", "").split(",")
     named = [mutant for mutant in mutants() if mutant.name not in EQUIVALENT]
     chosen = [mutant for mutant in named if any(text in mutant.name for text in of)][::every]
-    cost, noticing = _noticing(tests, chosen)
+    open_ones = [mutant for mutant in chosen if not ledger.knows(mutant.key)]
+    cost, noticing = _noticing(tests, open_ones) if open_ones else ({}, [])
     print(f"{len(tests)} tests once: {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
     # what found a mutant is asked first for the next one, then the quick ones
-    order = sorted(cost, key=lambda name: cost[name])
-    survivors = []
-    for number, mutant in enumerate(chosen):
+    first = [name for name in ledger.killers() if name in cost]
+    order = [*first, *(name for name in sorted(cost, key=lambda name: cost[name]) if name not in first)]
+    for number, mutant in enumerate(open_ones):
+        if ledger.is_over:
+            break
         _build(mutant)
         killer = next((name for name in order if name in noticing[number] and not _passes(tests[name])), None)
+        ledger.enter(mutant.key, killer)
         if killer is None:
-            survivors.append(mutant.name)
             print(f"lives: {mutant.name}", file=sys.stderr, flush=True)
         else:
             order.remove(killer)
             order.insert(0, killer)
         if (number + 1) % 10 == 0:
             passed = time.perf_counter() - began
-            print(f"{number + 1} of {len(chosen)}, {passed:.0f} s", file=sys.stderr, flush=True)
-    answer = {"mutants": len(chosen), "tests": len(cost), "survivors": survivors}
+            print(f"{number + 1} of {len(open_ones)}, {passed:.0f} s", file=sys.stderr, flush=True)
+    answer = ledger.answer([(mutant.key, mutant.name) for mutant in chosen])
     json.dump({**answer, "seconds": time.perf_counter() - began}, sys.stdout)
 
 

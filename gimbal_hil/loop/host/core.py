@@ -107,7 +107,7 @@ def host_tick(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray, pla
     receive(mail, H, G, C)
     carry_attitude(H, G, C)
     G[STATE_AGE] += 1
-    _take_requests(G)
+    _take_requests(H, G)
     _supervise(H, G, C)
     if G[LINK_STATUS] == _OK:
         report_beyond_limits(H, G, C)
@@ -126,7 +126,7 @@ def host_tick(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray, pla
 
 
 @compiled
-def _take_requests(G: np.ndarray) -> None:
+def _take_requests(H: np.ndarray, G: np.ndarray) -> None:
     """What the operator asked since the last tick; a stop outranks a start."""
     requests = G[REQUESTS]
     if requests == 0:
@@ -134,7 +134,7 @@ def _take_requests(G: np.ndarray) -> None:
     G[REQUESTS] = 0
     if requests & REQUEST_RESET and G[STATE] == _FAULT:
         G[MAY_RESET] = 1
-        accept_places(G)
+        accept_places(H, G)
         G[CLEAR_TRAVEL] = 1 if G[DRIVE_FAULT] == m.FAULT_CODE_TRAVEL_LIMIT else 0
         forget_identity(G)
         enter_state(G, _WAITING, _OPERATOR)

@@ -14,7 +14,8 @@ A stop never uses the sensor that is in doubt: the host chooses the stop by the 
 (`drive_control.stop`). If encoder and gyro differ by more than 1 rad/s, the drive's own stop uses neither and shorts
 the windings, whatever was requested; a difference of 4 rad/s is a fault (`SENSORS_DISAGREE`). An axis that its weight
 can move has a holding brake, which is closed whenever no axis is under torque; without power the windings are shorted.
-No guard detects an encoder or gyro error of less than 0.015 rad/s, or of less than 5 % of the rate.
+No guard detects an encoder or gyro error of less than 0.015 rad/s, or of less than 5 % of the rate; where `init` sets
+`one_sensor_window_s`, of less than 0.0017 rad/s.
 
 """
 

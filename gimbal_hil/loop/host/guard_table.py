@@ -125,7 +125,8 @@ HOST_GUARDS = (
     ),
     HostGuard(
         HostCause.SENSOR_DRIFT,
-        "angles of gyro and encoder apart by `gyro_encoder_rad` and 5 % of the path, 2 s window",
+        "angles of gyro and encoder apart by `gyro_encoder_rad` and 5 % of the path, 2 s window; without gyros also "
+        "over `one_sensor_window_s`, but for what a rate is rounded to",
         _OPERATOR,
         _PLAUSIBLE,
         "bias and scale of the gyro, a slipping coupling, the base rate",

@@ -44,8 +44,10 @@ MODEL_TENSOR, MODEL_BODY = 26, 36
 MUTE_BEYOND, MUTE_BELOW, MUTE_TICKS, COAST_TICKS = 48, 49, 50, 51
 #: what holds an axis that a plan does not name: UnnamedAxis
 UNNAMED_AXIS = 52
+#: two numbers of one sensor over a long window: share of the past kept, 0 for none, and how long it is (s)
+LONG_KEPT, LONG_WINDOW_S = 53, 54
 #: one block per axis: the control law's parameters, then the supervisor's limits
-AXIS_C = 53
+AXIS_C = 55
 (
     POSITION_LOW,  # soft limits of the joint (rad), -inf and inf without
     POSITION_HIGH,
@@ -121,8 +123,10 @@ AXIS_H = 49
     TEMPERATURE_HEARD,  # 1 once the drive told the motor's temperature
     PULL,  # of the body's expected weight about the axis, either way (N m)
     SEEN_MOMENTUM,  # see `plausibility`
-) = range(CONTROL_STATES, CONTROL_STATES + 30)
-AXIS_H_SIZE = CONTROL_STATES + 30
+    LONG_DRIFT,
+    LONG_PATH,
+) = range(CONTROL_STATES, CONTROL_STATES + 32)
+AXIS_H_SIZE = CONTROL_STATES + 32
 #: what each axis said in its last samples, one number of position and rate
 SAID, SAID_SIZE = AXIS_H + AXES * AXIS_H_SIZE, 300
 H_SIZE = SAID + AXES * SAID_SIZE

@@ -46,6 +46,10 @@ from gimbal_hil.loop.host.layout import (
     LAST_SEQUENCE,
     LATE_IMPULSE,
     LATE_S,
+    LONG_DRIFT,
+    LONG_KEPT,
+    LONG_PATH,
+    LONG_WINDOW_S,
     MAX_DRIFT,
     MEASURED_POSITION,
     MEASURED_RATE,
@@ -107,7 +111,8 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
     before LAST_POSITION moves on.
 
     DRIFT: what encoder and gyro have moved apart (rad), forgotten with the window's time constant; PATH: how far the
-    axis went meanwhile. Over a short window, in N m s: MOMENTUM that the axis gained beyond the impulse of its torque
+    axis went meanwhile; LONG_DRIFT, LONG_PATH: likewise over a long one, where both are numbers of one sensor. Over a
+    short window, in N m s: MOMENTUM that the axis gained beyond the impulse of its torque
     and its weight, IMPULSE of its torque, EFFORT, that of the torque's size, LATE_IMPULSE: how far MOMENTUM may be off
     where torques act later than they were asked for. PEAK_TORQUE: the largest size (N m). SEEN_MOMENTUM: the largest
     size of MOMENTUM while the sensors told something new, from the first motion on; never forgotten.
@@ -115,6 +120,7 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
     dt = C[STEP_S] * ticks
     weights = _weights(H, G, C)
     drift_kept, drift_new = _window(C[DRIFT_KEPT], ticks)
+    long_kept, long_new = _window(C[LONG_KEPT], ticks)
     kept, new = _window(C[MOMENTUM_KEPT], ticks)
     # a torque acts some ticks after it was asked for; later where the drive's echo is, or where much came at once
     unheard = (G[SENT_SEQUENCE] - G[LAST_SEQUENCE]) & m.SET_POINT_SEQUENCE_HIGH
@@ -126,7 +132,7 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
         H[h + PULL] = abs(weights[axis])
         _watch_place(H, G, C, axis, begin, ticks)
         if begin:
-            H[h + DRIFT] = H[h + PATH] = 0.0
+            H[h + DRIFT] = H[h + PATH] = H[h + LONG_DRIFT] = H[h + LONG_PATH] = 0.0
             _forget_momentum(H, h)
             G[g + GYRO_SAME] = G[g + ENCODER_SAME] = G[g + STILL_COUNT] = 0
             H[h + LAST_RATE_CHANGE] = np.nan
@@ -135,6 +141,8 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
             moved, turned = H[h + MEASURED_POSITION] - H[h + LAST_POSITION], 0.5 * (joint + H[h + LAST_JOINT_RATE]) * dt
             H[h + DRIFT] = drift_kept * H[h + DRIFT] + drift_new * (moved - turned)
             H[h + PATH] = drift_kept * H[h + PATH] + drift_new * max(abs(moved), abs(turned))
+            H[h + LONG_DRIFT] = long_kept * H[h + LONG_DRIFT] + long_new * (moved - turned)
+            H[h + LONG_PATH] = long_kept * H[h + LONG_PATH] + long_new * max(abs(moved), abs(turned))
             impulse = _acting_torque(H, G, axis) * dt
             gained = C[c + EXPECTED_INERTIA] * (rate - H[h + LAST_RATE]) - impulse - weights[axis] * dt
             H[h + MOMENTUM] = kept * H[h + MOMENTUM] + new * gained
@@ -166,8 +174,9 @@ def _watch_noise(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int, ticks: 
     """
     h, c, g = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE, AXIS_G + axis * AXIS_G_SIZE
     rate = H[h + MEASURED_RATE]
+    size = abs(rate - H[h + LAST_RATE])
     change = rate - H[h + LAST_RATE] if ticks == 1 else np.nan
-    size, bend = abs(change), abs(change - H[h + LAST_RATE_CHANGE])
+    bend = abs(change - H[h + LAST_RATE_CHANGE])
     if size > 0.0 and (H[h + GYRO_STEP] == 0.0 or size < H[h + GYRO_STEP]):
         H[h + GYRO_STEP] = size
     H[h + LAST_RATE_CHANGE] = change
@@ -213,9 +222,10 @@ def has_jumped(G: np.ndarray) -> bool:
 
 
 @compiled
-def accept_places(G: np.ndarray) -> None:
-    """Take both axes as being where they say."""
+def accept_places(H: np.ndarray, G: np.ndarray) -> None:
+    """Take both axes as being where they say, whatever has moved apart until now."""
     for axis in range(AXES):
+        H[AXIS_H + axis * AXIS_H_SIZE + LONG_DRIFT] = 0.0
         G[AXIS_G + axis * AXIS_G_SIZE + PLACE] = min(G[AXIS_G + axis * AXIS_G_SIZE + PLACE], _HEARD)
 
 
@@ -244,6 +254,8 @@ def implausible(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> int:
     path = H[AXIS_H + PATH] + H[AXIS_H + AXIS_H_SIZE + PATH]
     if abs(H[h + DRIFT]) > C[c + MAX_DRIFT] + C[DRIFT_SHARE] * path:
         return _DRIFT
+    if C[LONG_KEPT] > 0.0 and H[h + GYRO_STEP] > 0.0 and _parts_slowly(H, C, h, c):
+        return _DRIFT
     if C[c + EXPECTED_INERTIA] == 0.0:
         return _NONE
     gained, late = abs(H[h + MOMENTUM]), H[h + LATE_IMPULSE]
@@ -252,6 +264,16 @@ def implausible(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> int:
     # nothing but a motor that turns the wrong way makes it grow so far while the torque turned round explains it
     grown = gained > _EARLY * C[c + DISTURBANCE] + late and gained > _GROWN * H[h + QUIET_MOMENTUM]
     return _RUNAWAY if grown and _is_turned_round(H, h) else _NONE
+
+
+@compiled
+def _parts_slowly(H: np.ndarray, C: np.ndarray, h: int, c: int) -> bool:
+    """Whether position and rate of one sensor move apart for longer than the short window remembers: by more than a
+    rate that is rounded to its steps explains.
+    """
+    path = H[AXIS_H + LONG_PATH] + H[AXIS_H + AXIS_H_SIZE + LONG_PATH]
+    rounded = H[h + GYRO_STEP] * C[LONG_WINDOW_S]
+    return bool(abs(H[h + LONG_DRIFT]) > C[c + MAX_DRIFT] + C[DRIFT_SHARE] * path + rounded)
 
 
 @compiled

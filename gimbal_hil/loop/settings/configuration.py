@@ -59,6 +59,9 @@ def host_configuration(settings: DaemonSettings) -> NDArray[np.float64]:
         math.exp(-settings.step_s / supervisor.gyro_encoder_window_s),
         _SENSOR_SHARE,
     )
+    if supervisor.one_sensor_window_s is not None:
+        C[layout.LONG_KEPT] = math.exp(-settings.step_s / supervisor.one_sensor_window_s)
+        C[layout.LONG_WINDOW_S] = supervisor.one_sensor_window_s
     C[layout.LATE_S] = _LATE_TICKS * settings.step_s
     C[layout.MOMENTUM_KEPT], C[layout.MODEL_SHARE] = math.exp(-settings.step_s / MOMENTUM_WINDOW_S), _MODEL_SHARE
     for axis, section in enumerate(settings.axes.values()):

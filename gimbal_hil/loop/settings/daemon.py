@@ -92,6 +92,10 @@ class Supervisor(Strict):
     gyro_encoder_window_s: Positive = Field(
         default=2.0, description="window in which gyro and encoder are held against each other as angles"
     )
+    one_sensor_window_s: Positive | None = Field(
+        default=None,
+        description="longer window for `SENSOR_DRIFT` where one sensor tells position and rate; null with gyros",
+    )
     automatic_reconnect: bool = Field(
         default=True,
         description="connect again by itself when feedback returns; torque stays off until the next command",

@@ -98,7 +98,7 @@ def configuration_document(antenna: AntennaDescription, model_file: str, link: D
         "rate_hz": antenna.rate_hz,
         "link": link or {"embedded": {"model": model_file, "seed": 1}},
         "axes": {axis.name: _loops(antenna, place) for place, axis in enumerate(antenna.axes)},
-        "supervisor": _supervisor(antenna.link.is_simulated and link is not None),
+        "supervisor": _supervisor(antenna, antenna.link.is_simulated and link is not None),
         "recording": {"frames": True, "every_ticks": 1},
         "operator": {"enabled": True},
         # what the model lacks shows while the antenna runs
@@ -106,16 +106,19 @@ def configuration_document(antenna: AntennaDescription, model_file: str, link: D
     }
 
 
-def _supervisor(simulated: bool) -> Document:
+def _supervisor(antenna: AntennaDescription, simulated: bool) -> Document:
     """How long either end waits for the other. Both ends of a simulation are stopped by the machine for 20 to 200 ms
     now and then, and there is nothing to protect; hardware keeps its time, and its deadman is short.
     """
     lost_ticks, lag_ticks, window_ticks = (100, 200, 250) if simulated else (5, 10, 20)
-    return {
+    section: Document = {
         "lost_ticks": lost_ticks,
         "set_point_lag_ticks": lag_ticks,
         "deadman": {"window_ticks": window_ticks, "reaction": "decelerate_and_hold"},
     }
+    # a rate that is the encoder's own has no bias that adds up
+    own_rate = antenna.link.tells_rate and not antenna.has_gyro
+    return section | ({"one_sensor_window_s": 60.0} if own_rate else {})
 
 
 def link_document(antenna: AntennaDescription) -> Document | None:
