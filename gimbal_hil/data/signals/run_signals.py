@@ -211,6 +211,7 @@ def _references(
     Where a loop was open there is no reference: the measured value stands in its place, so the loop's error reads zero.
     """
     columns: dict[str, Floats] = {}
+    open_rows: dict[int, list[str]] = {}
     if not len(run.ticks):
         return columns
     order = np.clip(np.searchsorted(run.ticks["tick"], row_tick), 0, len(run.ticks) - 1)
@@ -222,8 +223,9 @@ def _references(
             if closed.any():
                 columns[f"{axis}.{signal}_ref"] = np.where(np.isfinite(values), values, measured[f"{axis}.{signal}"])
             if closed.any() and not closed.all():
-                without = np.count_nonzero(~closed)
-                notes.append(f"{axis}.{signal}_ref is the measured {signal} in the {without} rows without this loop")
+                open_rows.setdefault(int(np.count_nonzero(~closed)), []).append(f"{axis}.{signal}_ref")
+    for count, names in open_rows.items():
+        notes.append(f"rows without a closed loop ({count}): there {', '.join(names)} is the measured value")
     return columns
 
 
