@@ -39,7 +39,7 @@ def error_dots(title: str, scenarios: Sequence[str], compared: Sequence[Dots]) -
     order = sorted(range(len(scenarios)), key=least, reverse=True)
     rows = ["<br>".join(textwrap.wrap(scenarios[place], _LINE_LETTERS)) for place in order]
     drawn = figure(title, "rms [urad]", "", _AROUND + _ROW * len(rows))
-    for one in compared:
+    for drawn_over, one in zip(range(len(compared) - 1, -1, -1), compared, strict=True):
         spread = [one.deviations[place] for place in order] if any(one.deviations) else []
         error = dict(type="data", array=spread, thickness=1, color=one.colour)
         drawn.add_scatter(
@@ -47,7 +47,8 @@ def error_dots(title: str, scenarios: Sequence[str], compared: Sequence[Dots]) -
             y=rows,
             mode="markers",
             name=one.name,
-            marker=dict(color=one.colour, size=10, opacity=0.85),
+            # an equal one drawn over it leaves a ring
+            marker=dict(color=one.colour, size=10 + min(3 * drawn_over, 6), opacity=0.85),
             error_x=error if spread else None,
         )
     drawn.update_xaxes(**logarithm(size for one in compared for size in one.sizes))

@@ -57,7 +57,7 @@ def write_page(
     tiles = [
         (f"{figures.settled_rms_urad:.1f} µrad" if acquired else "none", "rms settled, as host and encoders see it"),
         (f"{figures.settled_peak_urad:.0f} µrad" if acquired else "none", "peak, settled"),
-        (f"{figures.muted_after_acquisition_s:.2f} s", "muted after the acquisition"),
+        (f"{figures.muted_after_acquisition_s:.2f} s" if acquired else "none", "muted after the acquisition"),
         (f"{figures.acquired_after_s:.2f} s" if acquired else "never", "until acquired"),
     ]
     if known:

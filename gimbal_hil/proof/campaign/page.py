@@ -151,7 +151,7 @@ def _spread(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> Drawing:
             marker=dict(color=colour, size=width),
             error_x=dict(color=colour, thickness=width, width=0, **reach),
         )
-    dot = dict(color="#ffffff", size=8, line=dict(color=MEASURED, width=2))
+    dot = dict(color="#f2c14e", size=8, line=dict(color="#1c2530", width=1))
     drawn.add_scatter(x=median, y=steps, mode="markers", name="median", marker=dot)
     drawn.update_yaxes(autorange="reversed")
     drawn.update_xaxes(tickangle=0, nticks=5)

@@ -156,9 +156,10 @@ def _target(asked: _Asked, start: datetime, looks: Boresight) -> tuple[Target, W
     way = way_of(target, duration_s, looks)
     about = (
         f"Target {text}, sky of {start:%Y-%m-%d %H:%M:%S} UTC. Directions are geometric: no refraction, no light time. "
-        f"Boresight {looks}: {looks.raises} inner positions look up. "
-        f"The way is a row every {way.row_s:g} s, joined by curves that are right to {1e6 * way.off_rad:.2g} urad."
+        f"Boresight {looks}: {looks.raises} inner positions look up."
     )
+    if way.off_rad > 0.0:
+        about += f" Rows every {way.row_s:g} s, joined by curves that are right to {1e6 * way.off_rad:.2g} urad."
     if flight is not None:
         about += (
             f" From latitude {flight.latitude_deg:g}, longitude {flight.longitude_deg:g} degrees, "
