@@ -67,7 +67,7 @@ def test_any_program_leaves_the_bits_of_an_antenna_in_the_same_process(
 ) -> None:
     far, near = ends(kind, tmp_path_factory.mktemp("link"))
     with served(Device(MODEL, seed=seed), far) as server:
-        remote = FramePath(SETTINGS, MODEL, remote=AntennaInStep(near))
+        remote = FramePath(SETTINGS, MODEL).with_remote(AntennaInStep(near))
         own = FramePath(SETTINGS, MODEL, seed)
         for path in (remote, own):
             path.connect()

@@ -163,7 +163,7 @@ def compared(model: AntennaModel, ticks: int, seed: int = 0) -> Both:
     with running(model, seed) as antenna:
         device = Device(model, seed=seed)
         both = Both(device, antenna)
-        path = FramePath(settings, model, seed, device=device, remote=both)
+        path = FramePath(settings, model, seed, device=device).with_remote(both)
         path.connect()
         path.host.command(work_program(settings))
         while both.ticks < ticks:

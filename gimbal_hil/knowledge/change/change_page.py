@@ -145,7 +145,7 @@ def _unseen(document: Json) -> list[Block]:
 def _left_figure(comparison: MachineComparison) -> Drawing:
     from gimbal_hil.pages.plots import MEASURED, MODEL, REFERENCE, figure, in_floors
 
-    labels = [f"{one.axis} {one.signal.replace('_', ' ')}" for one in comparison.left]
+    labels = [f"{one.axis}<br>{one.signal.replace('_', ' ')}" for one in comparison.left]
     drawn = figure("Left over, in noise floors", "", "rms / noise floor", 340)
     sides = [
         ("logs before", [one.before for one in comparison.left], REFERENCE),
@@ -156,6 +156,6 @@ def _left_figure(comparison: MachineComparison) -> Drawing:
     for name, values, colour in sides:
         drawn.add_bar(name=name, x=labels, y=values, marker=dict(color=colour))
     # room for the words of the line beside the last bars
-    drawn.update_xaxes(range=[-0.5, len(labels) - 0.1])
+    drawn.update_xaxes(range=[-0.5, len(labels) - 0.1], tickangle=0)
     in_floors(drawn, [size for one in comparison.left for size in (one.before, one.after, one.told)])
     return drawn

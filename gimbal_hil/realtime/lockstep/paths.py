@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -144,8 +144,7 @@ class _Engine(ABC):
 
 class FramePath(_Engine):
     """Every byte through encoder, link and decoder. `exchange` is told of every tick, for a recorder; with
-    `keep_frames` what is recorded holds the frames too. `remote` is an antenna behind a link in place of `device`,
-    which then only says what is known of it.
+    `keep_frames` what is recorded holds the frames too.
     """
 
     def __init__(
@@ -156,18 +155,22 @@ class FramePath(_Engine):
         faults: FaultsConfig | None = None,
         exchange: Exchange | None = None,
         device: Device | None = None,
-        remote: Ticking | None = None,
         keep_frames: bool = False,
     ) -> None:
         super().__init__(settings, model, seed, device)
         self._exchange = exchange
         self._keep_frames = keep_frames
-        self._remote: Ticking = self.device if remote is None else remote
+        self._remote: Ticking = self.device
         near, self._far = memory_pair()
         #: without faults a link of one block: what the device answered last
         self._link = None if faults is None else FaultyLink(near, faults)
         #: that answer; it is what the host has not heard yet
         self.answer = b""
+
+    def with_remote(self, remote: Ticking) -> Self:
+        """With an antenna behind a link in place of `device`, which then only says what is known of it."""
+        self._remote = remote
+        return self
 
     def advance(self, ticks: int, *, until_done: bool = False, every: int = 1) -> Recorded:
         """See `Lockstep`."""

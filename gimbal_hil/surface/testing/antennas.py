@@ -145,9 +145,10 @@ class LockstepAntennaOfTest(AntennaOfTest):
             model,
             embedded.seed,
             device=self._device,
-            remote=self._remote,
             keep_frames=True,
         )
+        if self._remote is not None:
+            self._path.with_remote(self._remote)
         self._keep(self._path.connect())
 
     @property

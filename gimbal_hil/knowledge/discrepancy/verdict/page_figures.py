@@ -31,7 +31,7 @@ def gap_figure(verdict: Json) -> Drawing:
     """Rms left per channel, in noise floors."""
     from gimbal_hil.pages.plots import MODEL, REFERENCE, SECOND, figure, in_floors
 
-    labels = [f"{g['axis']} {g['signal'].replace('_', ' ')}" for g in verdict["gaps"]]
+    labels = [f"{g['axis']}<br>{g['signal'].replace('_', ' ')}" for g in verdict["gaps"]]
     drawn = figure("Left over, in noise floors", "", "rms / noise floor", 360)
     drawn_shares: list[float] = []
     for name, key, colour in (
@@ -43,7 +43,7 @@ def gap_figure(verdict: Json) -> Drawing:
         drawn.add_bar(name=name, x=labels, y=shares, marker=dict(color=colour))
         drawn_shares += shares
     # room for the words of the line beside the last bars
-    drawn.update_xaxes(range=[-0.5, len(labels) - 0.1])
+    drawn.update_xaxes(range=[-0.5, len(labels) - 0.1], tickangle=0)
     in_floors(drawn, drawn_shares)
     return drawn
 
