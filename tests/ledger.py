@@ -7,10 +7,15 @@ from __future__ import annotations
 import ast
 import hashlib
 import json
+import math
 import os
+import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+
+#: s of tests for one mutant before another is asked
+_PATIENCE_S = 4.0
 
 
 class Ledger:
@@ -45,6 +50,44 @@ class Ledger:
     def killers(self) -> list[str]:
         """Every test that noticed one, the one that did so last first."""
         return list(dict.fromkeys(killer for killer in reversed(self._killers.values()) if killer is not None))
+
+    def ask(
+        self,
+        mutants: Sequence[tuple[str, set[str]]],
+        cost: dict[str, float],
+        build: Callable[[int], Callable[[str], bool]],
+    ) -> None:
+        """Ask for each mutant (its key, the tests that can notice it) the tests until one fails: what found the one
+        before first, then the quick ones. In a first round no mutant takes longer than `_PATIENCE_S` of tests; those
+        that may live are asked on in a second one. `build` makes a mutant by its number and answers what runs a test.
+        """
+        latest = [name for name in self.killers() if name in cost]
+        asked: dict[int, set[str]] = {number: set() for number in range(len(mutants))}
+        for patience_s in (_PATIENCE_S, math.inf):
+            for number, (key, tests) in enumerate(mutants):
+                if self.is_over:
+                    return
+                if key in self._killers and self._killers[key] is not None:
+                    continue
+                order = [name for name in latest if name in tests]
+                order += sorted(tests - set(order), key=lambda name: cost[name])
+                passes, killer, spent_s = build(number), None, 0.0
+                for name in order:
+                    if name in asked[number]:
+                        continue
+                    if spent_s > patience_s:
+                        break
+                    asked[number].add(name)
+                    spent_s += cost[name]
+                    if not passes(name):
+                        killer = name
+                        break
+                if killer is not None:
+                    latest = [killer, *(name for name in latest if name != killer)]
+                    self.enter(key, killer)
+                elif asked[number] == tests and patience_s == math.inf:
+                    self.enter(key, None)
+                    print(f"lives: {key}", file=sys.stderr, flush=True)
 
     def answer(self, named: Sequence[tuple[str, str]]) -> dict[str, object]:
         """How many of these mutants (their keys and names) were asked, and the names of those that live."""

@@ -27,6 +27,8 @@ from tests.adapters.servo import mapped_rig
 MAKES = ("moteus", "odrive", "cia402", "dbc")
 #: which drive is spoilt
 DRIVES = ("first", "second")
+#: an axis that is held, moves slowly and fast to a position, and is pushed by a torque
+MOTIONS = ("rest", "slow", "fast", "pushed")
 _TURN = 2.0 * math.pi
 #: samples from before the fault that are kept, one a tick
 _KEPT = 100
@@ -94,11 +96,26 @@ def _silent_then_a_turn_off(seen: Seen) -> AxisSample:
     return replace(seen.now, position_rad=seen.now.position_rad - _TURN)
 
 
-def _late(seen: Seen) -> AxisSample:
-    """Sixty ticks late."""
-    whole = (*seen.before, *seen.since)
-    old = whole[-60]
-    return replace(old, updates=seen.now.updates, power=seen.now.power, power_updates=seen.now.power_updates)
+def _late(ticks: int) -> Spoil:
+    def old(seen: Seen) -> AxisSample:
+        whole = (*seen.before, *seen.since)
+        now = seen.now
+        return replace(whole[-ticks], updates=now.updates, power=now.power, power_updates=now.power_updates)
+
+    return old
+
+
+def _still_but_for_noise(seen: Seen) -> AxisSample:
+    """A sensor that has come loose, with the noise that it had: 10 urad, 1 mrad/s."""
+    place = seen.then.position_rad + 1e-5 * math.sin(seen.ticks**1.3)
+    return replace(seen.now, position_rad=place, rate_rad_s=1e-3 * math.sin(seen.ticks**1.7))
+
+
+def _halved(seen: Seen) -> AxisSample:
+    """As of a gear of twice its turns."""
+    moved = seen.now.position_rad - seen.then.position_rad
+    half = 0.5 * (seen.now.rate_rad_s or 0.0)
+    return replace(seen.now, position_rad=seen.then.position_rad + 0.5 * moved, rate_rad_s=half)
 
 
 def _creeping_alike(seen: Seen) -> AxisSample:
@@ -106,6 +123,20 @@ def _creeping_alike(seen: Seen) -> AxisSample:
     return replace(seen.now, position_rad=seen.now.position_rad + 1e-4 * seen.ticks, rate_rad_s=rate)
 
 
+def _slower(seen: Seen) -> AxisSample:
+    return replace(seen.now, rate_rad_s=0.5 * (seen.now.rate_rad_s or 0.0))
+
+
+_HUNTING = "the loops hold an axis so, with a swing that any lag in them makes"
+_NO_WAY = "the axis hardly moves, and half of no rate is none"
+_HEAVY = (
+    "two numbers of one sensor agree, and an axis of twice the inertia moves so: `expectation` allows for half of it"
+)
+_LOAD = (
+    "a load that grows with the torque holds an axis so; `expectation.disturbance_nm` says how large one may be, and "
+    "`init` writes 30 % of the torque"
+)
+_STEP = "a coarse encoder makes such steps, up to 0.05 rad"
 _STILL = "true feedback of an axis that stands still is the same, until a loop asks for more torque than may hold it"
 ROWS = (
     Row("all of it stands still", _frozen, 1200),
@@ -145,7 +176,17 @@ ROWS = (
         "two numbers of one sensor agree, and the axis does what they say: only a second sensor can tell",
     ),
     Row("samples of 0.1 s repeat themselves for ever", _repeated, 1500),
-    Row("every sample is 60 ms late", _late, 1500),
+    Row("every sample is 60 ms late", _late(60), 1500),
+    Row("every sample is 20 ms late", _late(20), 1500, MOTIONS, _HUNTING),
+    Row("the rate is half of what it was", _slower, 1500, ("rest", "slow"), _NO_WAY),
+    Row("position and rate are half of what they were", _halved, 1500, ("rest", "slow"), _HEAVY, 20.0),
+    Row("it stands still but for its noise", _still_but_for_noise, 1500, ("rest",), _LOAD, 20.0),
+    Row(
+        "the position creeps by 0.04 rad/s, the rate says rest",
+        lambda seen: replace(seen.now, position_rad=seen.now.position_rad + 4e-5 * seen.ticks),
+        6000,
+    ),
+    Row("the position jumps by 2 degrees", _shifted(math.radians(2.0)), 500, MOTIONS, _STEP),
     Row("the drive restarts and its zero is lost", _restarted, 100),
     Row("the position jumps by 18 degrees", _shifted(math.radians(18.0)), 5),
     Row(
@@ -161,8 +202,6 @@ ROWS = (
     Row("the rate is beyond all reason", lambda seen: replace(seen.now, rate_rad_s=1e6), 5),
     Row("the rate is no number", lambda seen: replace(seen.now, rate_rad_s=math.nan), 5),
 )
-#: an axis that is held, moves slowly and fast to a position, and is pushed by a torque
-MOTIONS = ("rest", "slow", "fast", "pushed")
 _TARGETS = {"slow": (0.06, -0.06), "fast": (0.9, -0.9)}
 #: N m, of either drive a fifth of what it may ask for
 _PUSHES_NM = (3.0, -1.2)

@@ -16,7 +16,7 @@ import io
 import json
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import FunctionType, ModuleType
@@ -166,20 +166,16 @@ class _Asking:
         """In place of every test once."""
         self._items = {item.nodeid: item for item in session.items}
         tests = self._reaching()
-        # what found a mutant is asked first for the next one, then the quick ones
-        latest = [name for name in self._ledger.killers() if name in self._items]
-        for mutant, reaching in zip(self._chosen, tests, strict=True):
-            if self._ledger.is_over:
-                break
-            first = [name for name in latest if name in reaching]
-            order = [*first, *sorted(reaching - set(first), key=lambda name: self._cost[name])]
-            with changed(mutant):
-                killer = next((name for name in order if not self._passes(name)), None)
-            self._ledger.enter(mutant.key, killer)
-            if killer is None:
-                print(f"lives: {mutant.name}", file=sys.stderr, flush=True)
-            else:
-                latest = [killer, *(name for name in latest if name != killer)]
+
+        def build(number: int) -> Callable[[str], bool]:
+            def passes(name: str) -> bool:
+                with changed(self._chosen[number]):
+                    return self._passes(name)
+
+            return passes
+
+        open_ones = [(mutant.key, reaching) for mutant, reaching in zip(self._chosen, tests, strict=True)]
+        self._ledger.ask(open_ones, dict(self._cost), build)
         return True
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:

@@ -6,14 +6,16 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from firmware_protocol.adapters import Power
 from gimbal_hil.loop.host import HostState
+from sim_backend.drives import SimulatedDrive
 from tests.adapters.faults import DRIVES, MAKES, MOTIONS, ROWS, Row, outcome, rig_of, spoilt
 from tests.adapters.rig import AdapterRig
 from tests.parts import heavy_but
@@ -63,3 +65,46 @@ def test_a_position_that_jumped_across_a_silence_is_not_driven_into(rig: Adapter
     rig.host.reset_fault()
     rig.run(600)
     assert rig.host.state is HostState.IDLE, rig.events[-5:]
+
+
+def _turned_round(rig: AdapterRig, place: int) -> None:
+    """A drive whose motor turns the other way under torque; a stop that uses none is as ever."""
+    drive = rig.gimbal.drives[place]
+    kind = type(drive)
+
+    def torque(self: SimulatedDrive) -> float:
+        under_torque = rig.gateway.drives[place].sample.power is Power.ON
+        return -kind.torque_nm.__get__(self) if under_torque else kind.torque_nm.__get__(self)
+
+    drive.__class__ = type("TurnedRound", (kind,), {"torque_nm": property(torque)})
+
+
+def _swapped(rig: AdapterRig, place: int) -> None:
+    """Drives that have taken each other's number."""
+    rig.gimbal.drives = rig.gimbal.drives[::-1]
+
+
+@pytest.mark.parametrize(
+    ("change", "place", "most_rad"),
+    [(_turned_round, 0, 0.06), (_turned_round, 1, 0.06), (_swapped, 0, 0.4)],
+    ids=["first turned round", "second turned round", "swapped"],
+)
+def test_drives_that_come_back_from_a_restart_as_others_stop_the_axes_soon(
+    rig: AdapterRig, change: Callable[[AdapterRig, int], None], place: int, most_rad: float
+) -> None:
+    rig.connected().position(0.3, -0.3).run(1500)
+    rig.host.stop()
+    rig.run(300)
+    rig.lost = lambda frame: True
+    rig.run(500)
+    rig.lost = lambda frame: False
+    change(rig, place)
+    rig.run(600)
+    if rig.host.state is HostState.FAULT:
+        # an operator who knows of nothing
+        rig.host.reset_fault()
+        rig.run(500)
+    before = rig.joints.copy()
+    rig.position(0.0, 0.2).run(1000)
+    assert rig.host.state is HostState.FAULT, rig.events[-5:]
+    assert np.max(np.abs(rig.joints - before)) < most_rad, (rig.host.cause, rig.joints - before)

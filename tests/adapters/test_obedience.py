@@ -283,6 +283,19 @@ def test_an_order_is_repeated_until_a_newer_word_and_nobody_is_fed_who_does_not_
     assert b"starved" not in [frame.data for frame in obedience.frames()]
 
 
+def test_a_drive_that_reacts_to_a_fault_is_told_the_order_at_every_tick() -> None:
+    drive = Told()
+    drive.says(Power.ON)
+    obedience = Obedience([drive], 1e-3)
+    obedience.give(Order.RELEASE)
+    drive.says(Power.REACTING)
+    assert obedience.is_done()
+    for _ in range(3):
+        assert [frame.data for frame in obedience.frames()] == [b"release", b"fed"]
+    drive.says(Power.OFF)
+    assert [frame.data for frame in obedience.frames()] == [b"fed"]
+
+
 @pytest.mark.parametrize("power", Power)
 def test_a_drive_is_told_nothing_before_the_first_order(power: Power) -> None:
     drive = Told()

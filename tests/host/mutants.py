@@ -304,23 +304,12 @@ def main() -> None:
     open_ones = [mutant for mutant in chosen if not ledger.knows(mutant.key)]
     cost, noticing = _noticing(tests, open_ones) if open_ones else ({}, [])
     print(f"{len(tests)} tests once: {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
-    # what found a mutant is asked first for the next one, then the quick ones
-    first = [name for name in ledger.killers() if name in cost]
-    order = [*first, *(name for name in sorted(cost, key=lambda name: cost[name]) if name not in first)]
-    for number, mutant in enumerate(open_ones):
-        if ledger.is_over:
-            break
-        _build(mutant)
-        killer = next((name for name in order if name in noticing[number] and not _passes(tests[name])), None)
-        ledger.enter(mutant.key, killer)
-        if killer is None:
-            print(f"lives: {mutant.name}", file=sys.stderr, flush=True)
-        else:
-            order.remove(killer)
-            order.insert(0, killer)
-        if (number + 1) % 10 == 0:
-            passed = time.perf_counter() - began
-            print(f"{number + 1} of {len(open_ones)}, {passed:.0f} s", file=sys.stderr, flush=True)
+
+    def build(number: int) -> Callable[[str], bool]:
+        _build(open_ones[number])
+        return lambda name: _passes(tests[name])
+
+    ledger.ask([(one.key, found) for one, found in zip(open_ones, noticing, strict=True)], cost, build)
     answer = ledger.answer([(mutant.key, mutant.name) for mutant in chosen])
     json.dump({**answer, "seconds": time.perf_counter() - began}, sys.stdout)
 
