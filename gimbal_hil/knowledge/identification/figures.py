@@ -144,7 +144,7 @@ def output_error_figure(fit: OutputErrorFit, number: int = 0, units: Units = ROT
 
 def correlation_figure(correlations: Correlations) -> Drawing:
     """Correlations of the errors of identified numbers: a square a pair, coloured and numbered."""
-    names = correlations.names
+    names = [name.replace("_", " ") for name in correlations.names]
     drawn = figure("Correlations of the errors", "", "", 130 + 52 * len(names))
     pairs = [(i, j) for i in range(len(names)) for j in range(i + 1)]
     values = [float(correlations.matrix[pair]) for pair in pairs]
