@@ -180,7 +180,7 @@ ROWS = (
     Row("every sample is 20 ms late", _late(20), 1500, MOTIONS, _HUNTING),
     Row("the rate is half of what it was", _slower, 1500, ("rest", "slow"), _NO_WAY),
     Row("position and rate are half of what they were", _halved, 1500, ("rest", "slow"), _HEAVY, 20.0),
-    Row("it stands still but for its noise", _still_but_for_noise, 1500, ("rest",), _LOAD, 20.0),
+    Row("it stands still but for its noise", _still_but_for_noise, 1500, ("rest",), _LOAD, 35.0),
     Row(
         "the position creeps by 0.04 rad/s, the rate says rest",
         lambda seen: replace(seen.now, position_rad=seen.now.position_rad + 4e-5 * seen.ticks),

@@ -76,3 +76,36 @@ def test_an_axis_that_brakes_keeps_what_it_brakes_with() -> None:
     assert loop.host.state is HostState.STOPPING
     assert refusing.why_not_adjusted(loop.host, configuration(outer__limits__torque_nm=2.0, **TRAVEL))
     assert not refusing.why_not_adjusted(loop.host, configuration(**TRAVEL))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_rate_limit_below_what_an_axis_moves_at_is_refused_until_it_rests(sign: float) -> None:
+    loop = moving(sign * 1.0, 0.4)
+    slower = configuration(outer__limits__rate_rad_s=0.7, **TRAVEL)
+    assert "outer moves at" in refusing.why_not_adjusted(loop.host, slower)
+    assert not refusing.why_not_adjusted(loop.host, configuration(outer__limits__rate_rad_s=1.4, **TRAVEL))
+    loop.host.stop()
+    loop.run(1000)
+    assert loop.host.state is HostState.IDLE and not refusing.why_not_adjusted(loop.host, slower)
+    # a free axis may be as fast as it likes, as before
+    loop.antenna.rate[0] = sign * 1.0
+    loop.run(2)
+    assert not refusing.why_not_adjusted(loop.host, slower)
+
+
+def test_an_axis_that_is_too_fast_already_may_get_any_limit() -> None:
+    loop = moving(1.0, 0.4)
+    loop.host.adjust(configuration(outer__limits__rate_rad_s=0.9, **TRAVEL))
+    assert not refusing.why_not_adjusted(loop.host, configuration(outer__limits__rate_rad_s=0.8, **TRAVEL))
+
+
+def test_a_lowered_rate_limit_slows_the_next_motion_down_instead_of_ending_it() -> None:
+    loop = HostLoop(Host(configuration(**TRAVEL))).connected()
+    loop.host.adjust(configuration(outer__limits__rate_rad_s=0.7, **TRAVEL))
+    loop.command(hold(Mode.POSITION, 1.5, 0.0))
+    fastest = 0.0
+    for _ in range(5000):
+        loop.run(1)
+        fastest = max(fastest, abs(loop.antenna.rate[0]))
+    assert loop.host.state is HostState.ACTIVE, loop.texts()
+    assert loop.antenna.position[0] == pytest.approx(1.5, abs=0.01) and 0.5 < fastest < 0.7

@@ -146,7 +146,9 @@ class Limits(Strict):
         default=None, description="how far the cable may be wound either way of zero"
     )
     travel_margin_rad: NotNegative = Field(default=0.05, description="beyond a soft limit by this much is a fault")
-    rate_rad_s: Positive = Field(description="joint rate beyond which `OVERSPEED` trips")
+    rate_rad_s: Positive = Field(
+        description="joint rate beyond which `OVERSPEED` trips; the loops ask for 80 % of it at most"
+    )
     following_position_rad: Positive | None = Field(default=None, description="position error for `FOLLOWING_ERROR`")
     following_rate_rad_s: Positive | None = Field(default=None, description="rate error for `FOLLOWING_ERROR`")
     gyro_encoder_rad_s: Positive | None = Field(

@@ -18,6 +18,8 @@ from gimbal_hil.loop.settings.model_control import fill_model_control
 
 #: by how much of its path a gyro may be wrong: its scale, and the share of other rates that it reads
 _SENSOR_SHARE = 0.05
+#: of the rate at which an axis is too fast, what the loops ask for at most
+_ASKED_SHARE = 0.8
 #: motion against torque: by how much of its impulse a torque may be wrong, ticks that it may act late
 _MODEL_SHARE, _LATE_TICKS = 0.5, 3
 _ANTI_WINDUP = {
@@ -84,7 +86,9 @@ def _fill_law(block: NDArray[np.float64], axis: AxisSettings, step_s: float) -> 
         _ANTI_WINDUP[position.anti_windup],
         position.tracking_time_s,
     )
-    block[control.RATE_REFERENCE_LIMIT] = position.rate_limit_rad_s
+    # a limit that was lowered slows a motion down, instead of ending it
+    most_rad_s = _ASKED_SHARE * axis.limits.rate_rad_s
+    block[control.RATE_REFERENCE_LIMIT] = min(position.rate_limit_rad_s, most_rad_s)
     block[control.RATE_KP], block[control.RATE_KI] = rate.kp_s_per_rad, rate.ki_per_rad
     block[control.RATE_ANTI_WINDUP], block[control.RATE_TRACKING] = _ANTI_WINDUP[rate.anti_windup], rate.tracking_time_s
     block[control.TORQUE_SCALE] = rate.torque_per_unit_nm
@@ -94,7 +98,7 @@ def _fill_law(block: NDArray[np.float64], axis: AxisSettings, step_s: float) -> 
         corner = axis.prefilter.den[1] / axis.prefilter.den[0]
         block[control.PREFILTER_GAIN] = axis.prefilter.num / axis.prefilter.den[1]
         block[control.PREFILTER_DECAY], block[control.PREFILTER_CORNER] = math.exp(-step_s * corner), corner
-        block[control.PREFILTER_RATE] = axis.prefilter.rate_rad_s or 0.0
+        block[control.PREFILTER_RATE] = min(axis.prefilter.rate_rad_s or 0.0, most_rad_s)
         block[control.PREFILTER_ACCELERATION] = axis.prefilter.acceleration_rad_s2 or 0.0
     block[control.RATE_FEEDFORWARD], block[control.BASE_RATE_SHARE] = forward.reference_rate, float(forward.base_rate)
     block[control.COULOMB], block[control.VISCOUS] = forward.coulomb_nm, forward.viscous_nm_s_per_rad
