@@ -5,7 +5,11 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firmware_protocol.adapters import Power
 from firmware_protocol.adapters.answering import Answering
+from firmware_protocol.adapters.gateway import Gateway
+from firmware_protocol.links import DriveSection
+from tests.adapters.test_obedience import Told
 
 
 def accepted(arrivals: list[int | None], looks: int) -> list[tuple[int, int]]:
@@ -50,3 +54,18 @@ def test_a_backlog_is_passed_over_until_it_has_come_whole() -> None:
     taken = accepted(list(arrivals), 40)
     assert all(look == question for look, question in taken)
     assert [look for look, _ in taken if 20 <= look < 28] == [25, 26, 27]
+
+
+def test_a_set_that_may_answer_an_earlier_question_is_not_told() -> None:
+    drives = [Told(), Told()]
+    sections = [DriveSection(id=number, torque_nm=1.0) for number in (1, 2)]
+    gateway = Gateway(drives, sections, "mine")
+
+    def tells(answers: int) -> bool:
+        gateway.pass_over()
+        for drive in drives:
+            for _ in range(answers):
+                drive.says(Power.OFF)
+        return bool(gateway.feedback())
+
+    assert [tells(answers) for answers in (1, 0, 1, 2, 1)] == [True, False, False, True, True]

@@ -30,7 +30,7 @@ def moving(rate: float, until_rad: float) -> HostLoop:
     loop.connected().command(hold(Mode.RATE, rate))
     while loop.antenna.position[0] * (1.0 if rate > 0.0 else -1.0) < until_rad:
         loop.run(1)
-    assert loop.host.state is HostState.ACTIVE
+        assert loop.host.state is HostState.ACTIVE and loop.number < 20000
     return loop
 
 
