@@ -125,7 +125,7 @@ def _missing(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Sta
         f"an antenna with a hidden effect, judged blind: {verdict.kind.value}. {verdict.text}",
         (verdict.kind.value.replace("_", " "), "the effect that was hidden, judged blind"),
         list(page.blocks),
-        [side_by_side(tables[1], model.axes[0], ghosts)],
+        [Heading("The model beside the antenna, moving"), side_by_side(tables[1], model.axes[0], ghosts)],
     )
 
 
