@@ -9,13 +9,16 @@ import hashlib
 import json
 import math
 import os
+import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-#: s of tests for one mutant before another is asked
-_PATIENCE_S = 4.0
+#: s of tests for one mutant before another is asked, in each round
+_PATIENCE_S = (4.0, 12.0, 36.0, math.inf)
+#: s after which a test counts as failed: some wait for a motion that a mutant never makes
+_LONGEST_S = 120
 
 
 class Ledger:
@@ -58,12 +61,12 @@ class Ledger:
         build: Callable[[int], Callable[[str], bool]],
     ) -> None:
         """Ask for each mutant (its key, the tests that can notice it) the tests until one fails: what found the one
-        before first, then the quick ones. In a first round no mutant takes longer than `_PATIENCE_S` of tests; those
-        that may live are asked on in a second one. `build` makes a mutant by its number and answers what runs a test.
+        before first, then the quick ones. Those that may live are asked on in later rounds, each more patient than the
+        one before. `build` makes a mutant by its number and answers what runs a test.
         """
         latest = [name for name in self.killers() if name in cost]
         asked: dict[int, set[str]] = {number: set() for number in range(len(mutants))}
-        for patience_s in (_PATIENCE_S, math.inf):
+        for patience_s in _PATIENCE_S:
             for number, (key, tests) in enumerate(mutants):
                 if self.is_over:
                     return
@@ -79,7 +82,7 @@ class Ledger:
                         break
                     asked[number].add(name)
                     spent_s += cost[name]
-                    if not passes(name):
+                    if not _in_time(passes, name):
                         killer = name
                         break
                 if killer is not None:
@@ -94,6 +97,21 @@ class Ledger:
         asked = [(key, name) for key, name in named if key in self._killers]
         survivors = [name for key, name in asked if self._killers[key] is None]
         return {"mutants": len(named), "asked": len(asked), "survivors": survivors}
+
+
+def _in_time(passes: Callable[[str], bool], name: str) -> bool:
+    def too_long(*_: object) -> None:
+        raise TimeoutError(f"{name} waits for what never comes")
+
+    before = signal.signal(signal.SIGALRM, too_long)
+    signal.alarm(_LONGEST_S)
+    try:
+        return passes(name)
+    except TimeoutError:
+        return False
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def key_of(name: str, place: int, function: ast.FunctionDef) -> str:
