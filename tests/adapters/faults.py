@@ -355,6 +355,8 @@ def page(found: Sequence[Outcome]) -> str:
         if row.not_in
     ]
     asked = [one for one in found if one.motion not in _row(one.row).not_in]
+    held = [one for one in found if one.motion not in _ON_ITS_WAY]
+    worst = max(held, key=lambda one: one.gained_rad_s)
     noticed = sum(one.is_noticed and one.only_braked for one in asked)
     return _PAGE.format(
         noticed=noticed,
@@ -362,7 +364,9 @@ def page(found: Sequence[Outcome]) -> str:
         unasked=len(found) - len(asked),
         makes=", ".join(make for make in MAKES if any(one.make == make for one in found)),
         impossible="\n".join(impossible),
-        fastest=max(one.gained_rad_s for one in found if one.motion not in _ON_ITS_WAY),
+        fastest=worst.gained_rad_s,
+        worst=worst.row,
+        else_fastest=max(one.gained_rad_s for one in held if one.row != worst.row),
         tables="\n".join(itertools.chain(*tables)),
     )
 
@@ -376,7 +380,7 @@ held (rest), move to 0.06 rad (slow) or 0.9 rad (fast), or that drive is pushed 
 (pushed). The size of a fault is that at the joint, behind the gear.
 
 **{noticed} of {asked} noticed**, and afterwards no drive had torque but against its own motion; {unasked} more need not
-be noticed, because nobody who has these numbers only can tell them from truth:
+be noticed, because nobody who has these numbers only can tell them from what a sound antenna does:
 
 {impossible}
 
@@ -385,7 +389,7 @@ included. Ranges are those over {makes}. Faults with the same cells share a row.
 A moteus shorts its winding, the others let go and friction stops the axis ([adapters](../reference/adapters.md)).
 A dash: not noticed, the way is that of the whole time that was watched. `OVERSPEED` and `TRAVEL` say nothing of the
 feedback: they end a push as they do where it is true. An axis that was held or moved slowly became faster by
-{fastest:.2g} rad/s at most.
+{fastest:.2g} rad/s at most ({worst}), else by {else_fastest:.2g} rad/s.
 {tables}
 """
 

@@ -164,3 +164,11 @@ def test_a_stop_without_a_sensor_stands_until_the_host_leads_back(orders: list[A
             assert not obedience.is_done()
             drive.says(Power.OFF)
             assert obedience.is_done()
+
+
+def test_a_motor_that_its_drive_calls_hot_stops_the_axes(rigs: Callable[..., AdapterRig]) -> None:
+    rig = rigs("moteus").connected().position(0.3, -0.3).run(200)
+    assert rig.host.state is HostState.ACTIVE
+    spoilt(rig, lambda seen: replace(seen.now, temperature_degc=150.0), [rig.gateway.drives[1].sample], 1)
+    rig.run(60)
+    assert rig.host.state is HostState.FAULT and rig.host.cause.name == "TEMPERATURE", rig.events[-3:]
