@@ -99,3 +99,22 @@ def test_after_an_operator_s_reset_angles_are_compared_anew() -> None:
     loop.host.reset_fault()
     loop.run(600).command(hold(Mode.RATE)).run(500)
     assert loop.host.state is HostState.ACTIVE, loop.texts()
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("mode", [Mode.RATE, Mode.POSITION])
+def test_it_is_noticed_after_the_same_way_in_either_direction(axis: int, mode: Mode) -> None:
+    """Of an axis that goes where its rate does not say, and of one that rests while its rate says otherwise."""
+
+    def ticks(rate: float) -> int:
+        loop = _moving().command(hold(mode)).run(100)
+        _off_by(loop, rate, 2200, (axis,))
+        begun = loop.number
+        while loop.host.state is HostState.ACTIVE:
+            loop.run(1)
+            assert loop.number < begun + 2000, loop.texts()
+        assert loop.host.cause is HostCause.SENSOR_DRIFT, loop.texts()
+        return 2200 + loop.number - begun
+
+    there, back = ticks(_SLOW_RAD_S), ticks(-_SLOW_RAD_S)
+    assert there == pytest.approx(back, rel=0.03)
