@@ -118,3 +118,13 @@ def test_it_is_noticed_after_the_same_way_in_either_direction(axis: int, mode: M
 
     there, back = ticks(_SLOW_RAD_S), ticks(-_SLOW_RAD_S)
     assert there == pytest.approx(back, rel=0.03)
+
+
+def test_without_the_long_window_a_step_back_into_place_is_none_of_its_matters() -> None:
+    narrow = {f"{axis}__limits__gyro_encoder_rad": 0.03 for axis in ("outer", "inner")}
+    loop = HostLoop(Host(configuration(**_SETTINGS | narrow))).connected().command(hold(Mode.RATE, 0.1)).run(200)
+    assert loop.host.memory.H[layout.axis_h(0) + layout.GYRO_STEP] > 0.0
+    loop.host.memory.H[layout.axis_h(0) + layout.DRIFT] = -0.02
+    loop.antenna.position[0] += 0.04
+    loop.run(3)
+    assert loop.host.state is HostState.ACTIVE, loop.texts()
