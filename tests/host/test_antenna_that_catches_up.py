@@ -95,16 +95,6 @@ class Windows:
         return [float(self.H[layout.axis_h(axis) + name]) for axis in range(2) for name in names]
 
 
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_weight_pulls_at_an_axis_whichever_way_it_would_turn_it(side: float) -> None:
-    windows = Windows()
-    windows.C[layout.EXPECTS_WEIGHT] = 1.0
-    inner = layout.axis_c(1) + layout.EXPECTED_MOMENT
-    windows.C[inner : inner + 3] = [side * 0.1, 0.0, 0.0]
-    windows.H[layout.BASE_GRAVITY : layout.BASE_GRAVITY + 3] = [0.0, 0.0, 9.81]
-    assert windows.sample(1, 0.0, 0.0).of(layout.PULL)[1] == pytest.approx(0.981)
-
-
 @given(st.integers(1, 90), st.floats(-0.05, 0.05), st.integers(1, 5))
 def test_one_sample_that_spans_many_ticks_leaves_the_windows_of_as_many_samples(
     ticks: int, moved_rad: float, begun: int

@@ -65,8 +65,11 @@ def test_the_weight_and_the_disturbance_are_taken_off_the_torque(
     assert limits.braking(H, C, H_OF[1], C_OF[1]) == 30.0
 
 
-def test_the_weight_is_that_of_the_body_where_it_stands() -> None:
-    C = configuration(inner__expectation__moment_kg_m=[0.05, 0.0, 0.0])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_weight_is_that_of_the_body_where_it_stands_whichever_way_it_pulls(
+    side: float,
+) -> None:
+    C = configuration(inner__expectation__moment_kg_m=[side * 0.05, 0.0, 0.0])
     loop = HostLoop(Host(C)).connected().command(hold(Mode.POSITION)).run(20)
     assert loop.host.memory.H[H_OF[1] + layout.PULL] == pytest.approx(0.05 * 9.81, rel=1e-3)
     loop.antenna.position[1] = 1.2
