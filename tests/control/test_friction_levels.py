@@ -66,15 +66,23 @@ def test_viscosity_falls_with_temperature_as_the_effect_says() -> None:
     assert friction_at(-40.0, C, host.axis_c(1))[5] == model.number("inner", "friction.viscous")
 
 
-def follow(C: np.ndarray, sliding: float, viscous: float, weight: float = 0.0, minutes: float = 2.0) -> np.ndarray:
+def follow(
+    C: np.ndarray,
+    sliding: float,
+    viscous: float,
+    weight: float = 0.0,
+    minutes: float = 2.0,
+    swing: tuple[float, float] = (0.8, 0.1),
+) -> np.ndarray:
     """State after swings of a joint whose friction has so many times the model's levels, with loops that add what
     lacks.
     """
     H, bristle = np.zeros(layout.CONTROL_STATES), 0.0
     ts, tc, vs, sigma0, sigma1, sigma2, delta = friction_at(20.0, C, 0)
     for tick in range(round(60.0 * minutes / STEP_S)):
-        angle = 2.0 * np.pi * 0.1 * STEP_S * tick
-        position, rate = 0.8 * np.sin(angle), 0.8 * 2.0 * np.pi * 0.1 * np.cos(angle)
+        (size, hertz), turn = swing, 2.0 * np.pi
+        angle = turn * hertz * STEP_S * tick
+        position, rate = size * np.sin(angle), size * turn * hertz * np.cos(angle)
         H[layout.SHAPED_POSITION], H[layout.SHAPED_RATE] = position, rate
         given = modelled_friction(rate, 20.0, STEP_S, H, 0, C, 0)
         level = sliding * stribeck_level(abs(rate), ts, tc, vs, delta)
@@ -91,6 +99,17 @@ def test_levels_come_to_what_the_joint_has_beside_a_weight_that_the_model_has_no
     assert not has_new_levels(H, 0)
 
 
+def test_levels_come_to_what_the_joint_has_in_small_reversals() -> None:
+    H = follow(block(), 1.3, 1.0, weight=0.4, minutes=1.0, swing=(0.02, 0.2))
+    assert 1.0 + H[layout.SLIDING_LEVEL] == pytest.approx(1.3, rel=0.01)
+
+
+def test_nothing_changes_before_reversals_tell_an_interval() -> None:
+    H = follow(block(), 1.3, 2.5, minutes=0.25)
+    assert H[layout.LEVEL_REVERSALS] == 3.0
+    assert H[layout.SLIDING_LEVEL] == H[layout.VISCOUS_LEVEL] == 0.0
+
+
 def test_levels_keep_within_their_bounds() -> None:
     C = block(axes__outer__friction_levels={"least": 0.5, "largest": 1.2})
     H = follow(C, 3.0, 3.0, minutes=0.5)
@@ -99,11 +118,12 @@ def test_levels_keep_within_their_bounds() -> None:
     assert 1.0 + H[layout.SLIDING_LEVEL] == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize("state", ["off", "distrusted", "at the limit", "at rest"])
+@pytest.mark.parametrize("state", ["off", "distrusted", "at the limit", "bristles bend"])
 def test_nothing_is_taken_in_where_the_residual_says_nothing_of_friction(state: str) -> None:
     C = block(**({"axes__outer__friction_levels": None} if state == "off" else {}))
     H = np.zeros(layout.CONTROL_STATES)
-    H[layout.SHAPED_RATE] = 0.0 if state == "at rest" else 0.5
+    H[layout.SHAPED_RATE] = 0.5
+    H[layout.SLIDING_PART] = 0.0 if state == "bristles bend" else 0.2
     H[layout.DISTRUST] = 0.5 if state == "distrusted" else 0.0
     H[layout.TORQUE] = C[layout.TORQUE_LIMIT] if state == "at the limit" else 0.0
     before = H.copy()

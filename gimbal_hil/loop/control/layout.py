@@ -108,16 +108,20 @@ FORWARD = PENDING + MOST_DELAY_TICKS + 1
 EXPLAINED, TOLD, SEEN, STALE, DISTRUST = range(FORWARD + 1, FORWARD + 6)
 #: feedback part of the last torque (N m), mean square of its changes, whether the observer has been left
 LAST_FEEDBACK, SHAKING, UNOBSERVED = range(FORWARD + 6, FORWARD + 9)
-#: friction that is fed forward without its levels: sliding and viscous part (N m); what the levels are beyond one
+#: friction fed forward without its levels: sliding part (zero while bristles bend), viscous part (N m); what the
+#: levels are beyond one
 SLIDING_PART, VISCOUS_PART, SLIDING_LEVEL, VISCOUS_LEVEL = range(FORWARD + 9, FORWARD + 13)
 #: regression of what friction lacks: means over the window, rows of an upper triangle each with its right side; and
 #: room to solve it
 REGRESSORS = 5
 LEVEL_SUMS = FORWARD + 13
 LEVEL_WORK = LEVEL_SUMS + REGRESSORS * (REGRESSORS + 3) // 2
+#: viscous and sliding level beyond one as estimated; as they were at the last reversal; squares of how far reversals
+#: shifted them; reversals so far, and which way the joint slid last
+LEVEL_ESTIMATE = LEVEL_WORK + REGRESSORS * (REGRESSORS + 1)
+LEVEL_BEFORE, LEVEL_SHIFTS, LEVEL_REVERSALS, LEVEL_SIDE = (LEVEL_ESTIMATE + k for k in (2, 4, 6, 7))
 #: the levels as they were last told
-TOLD_SLIDING = LEVEL_WORK + REGRESSORS * (REGRESSORS + 1)
-TOLD_VISCOUS = TOLD_SLIDING + 1
+TOLD_SLIDING, TOLD_VISCOUS = LEVEL_ESTIMATE + 8, LEVEL_ESTIMATE + 9
 #: what of the table over position and direction was learned (N m), laid out as GIVEN_TABLE
-LEARNED_TABLE = TOLD_SLIDING + 2
+LEARNED_TABLE = LEVEL_ESTIMATE + 10
 CONTROL_STATES = LEARNED_TABLE + 2 * LEARNED_BINS
