@@ -16,7 +16,8 @@ import pytest
 from firmware_protocol.adapters import Power
 from gimbal_hil.loop.host import HostState
 from sim_backend.drives import SimulatedDrive
-from tests.adapters.faults import DRIVES, MAKES, MOTIONS, ROWS, Row, outcome, rig_of, spoilt
+from tests.adapters.fault_rows import MOTIONS, ROWS, Row
+from tests.adapters.faults import DRIVES, MAKES, outcome, rig_of, spoilt
 from tests.adapters.rig import AdapterRig
 from tests.parts import heavy_but
 

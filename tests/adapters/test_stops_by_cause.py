@@ -17,7 +17,8 @@ from firmware_protocol.adapters.obedience import Obedience, Order
 from firmware_protocol.enumerations import StopReaction
 from firmware_protocol.links import DriveSection
 from gimbal_hil.loop.host import HostState
-from tests.adapters.faults import Seen, spoilt
+from tests.adapters.fault_rows import Seen
+from tests.adapters.faults import spoilt
 from tests.adapters.rig import AdapterRig
 from tests.adapters.servo import MAP, mapped_files
 from tests.adapters.test_obedience import Told, drives
