@@ -198,6 +198,8 @@ def test_a_stop_is_told_in_the_words_of_its_guard_and_since_when() -> None:
         "drive fault undervoltage",
         "supply below 18 V (brown-out)",
     )
+    both = trouble_of("fault", "overspeed", "none", "", 1.0, ("pan", "tilt"))
+    assert both is not None and both.what == "overspeed on pan and tilt"
     operator = trouble_of("fault", "operator", "none", "", 1.0)
     assert (
         operator is not None and "operator" in operator.what and trouble_of("stopping", "operator", "", "", 1.0) is None
@@ -208,15 +210,21 @@ def test_a_stop_is_told_in_the_words_of_its_guard_and_since_when() -> None:
         row["time_ns"] = seconds * 1_000_000_000
         view.take([Exchange(row.tobytes(), b"", b"")])
         if state:
+            view.tripped("overspeed", "pan")
             view.state_changed(state, "overspeed")
+            assert view.status()["trouble"]["what"] == "overspeed on pan"
     # braking and then fault of the same guard is one stop
     assert view.status()["trouble"]["since_s"] == 2.0
     view.state_changed("waiting", "operator")
     row["host_state"] = HostState.WAITING
     view.take([Exchange(row.tobytes(), b"", b"")])
     assert view.status()["trouble"] is None
+    view.tripped("runaway", "tilt")
     view.state_changed("fault", "overspeed")
-    assert view.stopped_s == 9.0
+    row["host_state"] = HostState.FAULT
+    view.take([Exchange(row.tobytes(), b"", b"")])
+    # of an earlier stop, or of another guard, no axis is told
+    assert view.stopped_s == 9.0 and view.status()["trouble"]["what"] == "overspeed"
 
 
 @in_a_browser

@@ -32,7 +32,7 @@ def test_an_effect_that_sets_in_shows_in_status_and_watch_and_the_run_is_replaye
         client.request("shut_down")
         assert daemon.wait()[0] == 0
     assert before is not None and after is not None and before < 3e-3 < 0.01 < after
-    assert any(line.startswith("against model: outer learning") for line in status_lines(answer))
+    assert any(line.startswith("beside the model: outer lacks ") for line in status_lines(answer))
     log = open_run(run)
     assert any("goes on as" in event.text for event in log.events)
     host = host_of(log)

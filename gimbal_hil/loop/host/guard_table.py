@@ -22,10 +22,10 @@ _HOST, _PLAUSIBLE, _PLACES, _CONNECTING = (
 )
 #: what a stop does, in words
 STOPS = {
-    StopReaction.COAST: "coasts, brake closes",
-    StopReaction.BRAKE: "winding shorted, brake closes: no sensor",
-    StopReaction.DECELERATE_AND_HOLD: "ramp to rest by the encoder, held, brake closes",
-    StopReaction.GYRO_STOP: "torque against the gyro's rate, brake closes at rest",
+    StopReaction.COAST: "coasts, then the brake closes",
+    StopReaction.BRAKE: "braked without any sensor: winding shorted, brake closes",
+    StopReaction.DECELERATE_AND_HOLD: "ramped to rest by the encoder, held, then the brake closes",
+    StopReaction.GYRO_STOP: "braked by torque against the gyro's rate; the brake closes at rest",
 }
 
 
@@ -61,14 +61,14 @@ class DriveGuard:
 HOST_GUARDS = (
     HostGuard(
         HostCause.FEEDBACK_LOST,
-        "no whole feedback set for `lost_ticks`",
+        "nothing was heard from the drive for `lost_ticks` ticks",
         _RETURN,
         _CONNECTING,
         "power, cable and bus of the antenna",
     ),
     HostGuard(
         HostCause.DRIVE_FAULT,
-        "the drive tells a fault",
+        "the drive reports a fault",
         f"{_RETURN}; else {_OPERATOR}",
         _CONNECTING,
         "the drive's fault: its cause has to go before a reset works",
@@ -83,50 +83,51 @@ HOST_GUARDS = (
     ),
     HostGuard(
         HostCause.SYNCHRONISATION_TIMEOUT,
-        "the drive is not in OPERATION_ENABLED after `synchronise_time_s`",
+        "the drive was not ready (`OPERATION_ENABLED`) within `synchronise_time_s`",
         _OPERATOR,
         _CONNECTING,
         "enable input and supply of the drive",
     ),
     HostGuard(
         HostCause.STOP_TIMEOUT,
-        "braking under control takes longer than `stop_time_s`",
+        "braking took longer than `stop_time_s`",
         _OPERATOR,
         _HOST,
         "why the axes did not come to rest: gains, load, holding brake",
     ),
     HostGuard(
         HostCause.SET_POINT_LOST,
-        "the drive's echo lags more than `set_point_lag_ticks`",
+        "the drive acts on set-points more than `set_point_lag_ticks` ticks late",
         _OPERATOR,
         _HOST,
         "load of the bus, and the rate that the drive can take",
     ),
     HostGuard(
         HostCause.OVERSPEED,
-        "joint rate above `limits.rate_rad_s` for `debounce_ticks`",
+        "the axis turned faster than its limit, `limits.rate_rad_s`, for `debounce_ticks` ticks",
         _OPERATOR,
         _HOST,
         "gains and what was asked for",
     ),
     HostGuard(
         HostCause.FOLLOWING_ERROR,
-        "loop error above its limit for `following_time_s`",
+        "the axis was further from its reference than `limits.following_position_rad` or `following_rate_rad_s` "
+        "allows, for `following_time_s`",
         _OPERATOR,
         _HOST,
         "a blocked axis, a torque limit that is reached, the gains",
     ),
     HostGuard(
         HostCause.GYRO_ENCODER_DISAGREE,
-        "rates of gyro and encoder apart by `gyro_encoder_rad_s`",
+        "gyro and encoder tell rates that differ by more than `gyro_encoder_rad_s`",
         _OPERATOR,
         _HOST,
         "sign and mounting of gyro and encoder, a slipping coupling",
     ),
     HostGuard(
         HostCause.SENSOR_DRIFT,
-        "angles of gyro and encoder apart by `gyro_encoder_rad` and 5 % of the path, 2 s window; without gyros also "
-        "over `one_sensor_window_s`, but for what a rate is rounded to",
+        "gyro and encoder tell angles that move apart by more than `gyro_encoder_rad` and 5 % of the path within 2 s; "
+        "without gyros, rate and position of the drive within `one_sensor_window_s` too, but for the rounding of rates",
         _OPERATOR,
         _PLAUSIBLE,
         "bias and scale of the gyro, a slipping coupling, the base rate",

@@ -153,6 +153,8 @@ class Service:
             self._recorder.event(event)
             if event["data"].get("code") == word_of(EventCode.STATE):
                 self._view.state_changed(event["data"]["to"], event["data"]["cause"])
+            if event["data"].get("code") == word_of(EventCode.TRIPPED):
+                self._view.tripped(event["data"]["cause"], event["data"]["axis"])
             if event["data"].get("code") == "drive_complaint":
                 self._view.complaint = event["data"]["complaint"]
             if event["data"].get("code") == word_of(EventCode.POINTING):

@@ -82,6 +82,8 @@ class LiveView:
     #: how a direction in space is held, as the last POINTING event told
     pointing: Json = field(default_factory=lambda: {"state": _POINTING_OFF, "muted": True})
     _stopped: bool = False
+    #: axes on which a guard has tripped since the host last moved freely, by its cause
+    _tripped: dict[str, list[str]] = field(default_factory=dict)
     _measured: dict[str, float] = field(default_factory=dict)
     #: when navigation was last heard
     _base_heard_ns: int | None = None
@@ -121,9 +123,17 @@ class LiveView:
         if stops and (cause != self.cause or not self._stopped):
             self.stopped_s = 0.0 if self.row is None else int(self.row["time_ns"]) / 1e9
         self.cause, self._stopped = cause, stops
+        if not stops:
+            self._tripped.clear()
         self.guard = cause if stops and cause in self.trips else self.guard if stops else ""
         if stops and cause in self.trips:
             self.trips[cause] += 1
+
+    def tripped(self, cause: str, axis: str) -> None:
+        """A guard has tripped on this axis; the stop that comes of it is told next."""
+        axes = self._tripped.setdefault(cause, [])
+        if axis not in axes:
+            axes.append(axis)
 
     def pointing_changed(self, data: Json) -> None:
         """A direction is acquired, held, muted or let go."""
@@ -138,7 +148,9 @@ class LiveView:
         row = self.row if self.row is not None else np.zeros(1, TICK_ROW)[0]
         state, fault = word_of(HostState(int(row["host_state"]))), self.drive_fault
         told_fault = None if fault is None else word_of(fault)
-        trouble = trouble_of(state, self.cause, told_fault, self.complaint, self.stopped_s)
+        trouble = trouble_of(
+            state, self.cause, told_fault, self.complaint, self.stopped_s, self._tripped.get(self.cause, ())
+        )
         return {
             "tick": int(row["tick"]),
             "time_ns": int(row["time_ns"]),

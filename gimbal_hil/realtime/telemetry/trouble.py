@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 from gimbal_hil.loop.host import DRIVE_GUARDS, HOST_GUARDS, HostCause, HostState, word_of
@@ -30,8 +31,11 @@ class StopTold:
         return asdict(self)
 
 
-def trouble_of(state: str, cause: str, drive_fault: str | None, complaint: str, since_s: float) -> StopTold | None:
-    """The stop that the host is in, by its state and why it last changed that (`word_of`); None where it is in none.
+def trouble_of(
+    state: str, cause: str, drive_fault: str | None, complaint: str, since_s: float, axes: Sequence[str] = ()
+) -> StopTold | None:
+    """The stop that the host is in, by its state and why it last changed that (`word_of`), on these axes where they are
+    known; None where it is in none.
 
     An operator's own stop is one only where it is left by a reset.
     """
@@ -48,7 +52,15 @@ def trouble_of(state: str, cause: str, drive_fault: str | None, complaint: str, 
         what, why = f"drive fault {drive_fault}", fault.trigger if fault else ""
     why = " ".join(part for part in (why, f"({complaint})" if complaint else "") if part)
     happens = fault.reaction if fault else guard.reaction
-    told = (what.replace("_", " "), _plain(why), since_s, _plain(happens), _plain(guard.look_at), _plain(guard.reset))
+    where = f" on {' and '.join(axes)}" if axes else ""
+    told = (
+        f"{what.replace('_', ' ')}{where}",
+        _plain(why),
+        since_s,
+        _plain(happens),
+        _plain(guard.look_at),
+        _plain(guard.reset),
+    )
     return StopTold(*told)
 
 

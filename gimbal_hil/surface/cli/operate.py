@@ -154,8 +154,8 @@ def _told(value: float, unit: str) -> str:
     """A set-point in its unit, an angle in degrees too."""
     import math
 
-    more = f" ({math.degrees(value):g}\u00b0{unit.removeprefix('rad')})" if unit.startswith("rad") else ""
-    return f"{value:g} {unit}{more}"
+    more = f" ({math.degrees(value):.5g}\u00b0{unit.removeprefix('rad')})" if unit.startswith("rad") else ""
+    return f"{value:.5g} {unit}{more}"
 
 
 def _values(words: list[str], axes: list[str], unit: str) -> dict[str, float]:

@@ -17,6 +17,24 @@ from gimbal_hil.surface.cli.option_types import DaemonRun
 _WIDTH = 40
 _COLOURS = {"good": "32", "warning": "33", "bad": "1;31"}
 _ACTS = {"s": "stop", "b": "adjust_back", "n": "learn_anew"}
+#: states of a drive (CiA 402) and causes that are no guard's, for people
+_DRIVE = {
+    "not_ready": "not ready",
+    "switch_on_disabled": "off",
+    "ready_to_switch_on": "off, ready",
+    "switched_on": "on, without torque",
+    "operation_enabled": "on",
+    "quick_stop_active": "quick stop",
+    "fault_reaction_active": "stopping by a fault",
+    "fault": "fault",
+}
+_CAUSES = {
+    "operator": "an operator's command",
+    "duration": "the end of a program",
+    "end_condition": "the end of a program",
+    "replaced": "another command",
+}
+_UNWATCHED = {"loading": "is being loaded", "waiting": "waits for torque"}
 _KEYS = "keys: s stop, b gains and limits back to the configuration, n learn anew what the model lacks, q leave"
 
 
@@ -130,7 +148,7 @@ def _told(answer: Json) -> list[tuple[str, str]]:
     """Lines with the tone of each: good, warning, bad, or none."""
     status = answer["status"]
     statistics = status["statistics"]
-    drive = status["drive_state"] or "not heard"
+    drive = _DRIVE.get(status["drive_state"], status["drive_state"] or "not heard")
     if status["link"] == "lost" and status["drive_state"]:
         drive += ", last heard"
     tone = {"fault": "bad", "stopping": "warning", "active": "good"}.get(status["host_state"], "")
@@ -171,26 +189,30 @@ def _trouble_lines(status: Json, seconds: float) -> list[tuple[str, str]]:
     complaint = status.get("drive_complaint")
     if trouble:
         since = f"for {max(0.0, seconds - trouble['since_s']):.0f} s, since {trouble['since_s']:.1f} s"
-        look = f"look at {trouble['look_at']}; " if trouble["look_at"] else ""
+        look = f"; look at {trouble['look_at']}" if trouble["look_at"] else ""
+        by = trouble["left_by"]
+        on = "gimbal-hil reset" if "reset" in by else by
         return [
             (f"STOPPED {since}: {trouble['what']}{': ' if trouble['why'] else ''}{trouble['why']}", "bad"),
-            (f"now: {trouble['happens']}; {look}left by {trouble['left_by']}", "bad"),
+            (f"now: {trouble['happens']}{look}; to go on: {on}", "bad"),
         ]
     if fault not in (None, "none"):
         return [(f"fault: {fault}{f' ({complaint})' if complaint else ''}", "bad")]
-    at = f"segment {status['segment']}" if status["segment"] >= 0 else "no segment"
-    cause = str(status["cause"]).replace("_", " ")
-    return [(at if cause == "none" else f"{at}; the state changed last by {cause}", "")]
+    at = f"in segment {status['segment']} of a program" if status["segment"] >= 0 else "no program runs"
+    cause = _CAUSES.get(status["cause"], str(status["cause"]).replace("_", " "))
+    return [(at if cause == "none" else f"{at}; last changed by {cause}", "")]
 
 
 def _machine_lines(status: Json, statistics: Json, recording: object) -> list[tuple[str, str]]:
     """How the ticks were kept, the link, and the recording."""
     latency = statistics["latency_us"]
-    causes = ", ".join(f"{name} {count}" for name, count in statistics["missed_by_cause"].items() if count)
+    causes = ", ".join(
+        f"{name.replace('_', ' ')} {count}" for name, count in statistics["missed_by_cause"].items() if count
+    )
     lines = [
         (f"ticks missed {statistics['missed']}{f' ({causes})' if causes else ''}", ""),
         (
-            f"late by p50 {latency['p50']:.0f}, p99 {latency['p99']:.0f}, most {latency['max']:.0f} us; "
+            f"ticks late by {latency['p50']:.0f} us, 1 in 100 by {latency['p99']:.0f}, at most {latency['max']:.0f}; "
             f"frames rejected {status['rejected_frames']}",
             "",
         ),
@@ -214,14 +236,18 @@ def _model_lines(observer: Json) -> list[tuple[str, str]]:
     if observer.get("state") in (None, "off"):
         return []
     if observer["state"] != "watching":
-        return [(f"model {Path(observer['model']).name}: {observer['problem'] or observer['state']}", "")]
+        why = observer["problem"] or _UNWATCHED.get(observer["state"], observer["state"])
+        return [(f"model {Path(observer['model']).name}: {why}", "")]
     told = []
     for axis, one in observer["axes"].items():
-        rms, usual = ("-" if one[key] is None else f"{one[key]:.3g} N m" for key in ("rms_nm", "usual_nm"))
-        said = f"CHANGED: lacks {rms}, usual {usual}" if one["state"] == "changed" else f"{one['state']}, {rms}"
+        rms, usual = ("nothing yet" if one[key] is None else f"{one[key]:.3g} N m" for key in ("rms_nm", "usual_nm"))
+        said = {
+            "changed": f"CHANGED: lacks {rms}, usual {usual}",
+            "learning": f"lacks {rms}, learning what is usual",
+        }.get(one["state"], f"lacks {rms}, as usual")
         told.append(f"{axis} {said}")
     changed = any(one["state"] == "changed" for one in observer["axes"].values())
-    lines = [("against model: " + "; ".join(told), "bad" if changed else "")]
+    lines = [("beside the model: " + "; ".join(told), "bad" if changed else "")]
     for axis, one in observer["axes"].items():
         suspected = one.get("suspected")
         if suspected is not None:
