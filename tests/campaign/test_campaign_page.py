@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from gimbal_hil.pages.report import plots_in
 from gimbal_hil.proof.campaign import campaign_page
 
 
@@ -14,3 +15,17 @@ def test_an_overshoot_of_next_to_nothing_is_not_what_differs_most(tmp_path: Path
     table.write_text("\n".join([names, *rows]) + "\n")
     page = campaign_page(table, "Steps", "here").render()
     assert "Differs most: torque of turn, 10.2 to 12 N m in nine of ten antennas (nominal 10 N m)." in page
+
+
+def test_small_numbers_have_a_unit_of_their_size_and_no_exponent(tmp_path: Path) -> None:
+    table = tmp_path / "antennas.csv"
+    rows = [f"{n},,{(n - 5) * 1e-6},{0.8 + 0.01 * n},{5e-6 + 1e-8 * n}" for n in range(11)]
+    names = "antenna,problem,turn: error_rad,turn: settling_s,outer.encoder.step"
+    table.write_text("\n".join([names, *rows]) + "\n")
+    page = campaign_page(table, "Steps", "here")
+    said = page.render()
+    assert "error of turn, -3.55 to 4.55 µrad in nine of ten antennas (nominal -5 µrad)" in said
+    assert ">Error [µrad]<" in said and ">Settling [s]<" in said and "0.000005" in said
+    assert "e-06" not in said and "error_rad" not in said
+    axes = [plot.figure.to_dict()["layout"]["xaxis"]["title"] for plot in plots_in(page.blocks)]
+    assert any("difference from the nominal antenna [µrad]" in str(title) for title in axes)

@@ -26,6 +26,10 @@ def test_a_sequence_leaves_a_run_a_table_and_a_report(tmp_path: Path, capsys: py
     answer = json.loads(capsys.readouterr().out)
     assert answer["experiment"] == "base_motion" and len(answer["rows"]) == 1
     assert (out / "table.csv").read_text().startswith("step,") and "Holding still" in (out / "report.html").read_text()
+    assert run_command("experiment", ["survey", "--short", "--out", str(tmp_path / "survey")]) == 0
+    said = capsys.readouterr().out
+    assert "  Recorded: outer from -0." in said and "rad/s and " in said and "table.csv (1 row)" in said
+    assert "Recorded: outer from -0." in (tmp_path / "survey" / "report.html").read_text()
     run = open_run(out)
     assert run.record.end is not None and run.record.end.exit_code == 0
     assert [event.text for event in run.events if event.kind.value == "segment"][-1] == "torque off"

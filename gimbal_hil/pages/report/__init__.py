@@ -19,7 +19,7 @@ from gimbal_hil.pages.report.earlier import EARLIER_DEMO, earlier_demo
 from gimbal_hil.pages.report.junit import Case, write_junit
 from gimbal_hil.pages.report.made import Made, command_of
 from gimbal_hil.pages.report.page import Page
-from gimbal_hil.pages.report.quantity import counted, quantity
+from gimbal_hil.pages.report.quantity import counted, quantity, scaled_unit
 
 __all__ = [
     "EARLIER_DEMO",
@@ -43,5 +43,6 @@ __all__ = [
     "earlier_demo",
     "plots_in",
     "quantity",
+    "scaled_unit",
     "write_junit",
 ]

@@ -14,6 +14,19 @@ def counted(count: int, one: str, many: str = "") -> str:
     return f"{count} {one if count == 1 else many or f'{one}s'}"
 
 
+def _before_per(unit: str) -> str:
+    """`rad` of rad/s, `N m` of N m s/rad: what a prefix goes before."""
+    return unit if unit in _PREFIXED else unit.split("/")[0].split(" s")[0]
+
+
+def scaled_unit(size: float, unit: str) -> tuple[float, str]:
+    """A factor and the unit after it, in which numbers of up to this size are told: `3e-6, "rad"` is (1e6, "µrad")."""
+    if _before_per(unit) not in _PREFIXED or not 0.0 < size < 0.1:
+        return 1.0, unit
+    power = max(-9, 3 * math.floor(math.log10(size) / 3.0))
+    return 10.0**-power, f"{_PREFIXES[power]}{unit}"
+
+
 def quantity(value: float, unit: str) -> str:
     """`0.012, "N m"` is "12 mN m"; `8, "1/turn"` is "8 per turn"; a unit of "1" is not said."""
     if not math.isfinite(value):
@@ -22,9 +35,8 @@ def quantity(value: float, unit: str) -> str:
         return f"{value:.3g}"
     if unit.startswith("1/"):
         return f"{value:.3g} per {unit[2:]}"
-    base = unit.split("/")[0].split(" s")[0] if unit not in _PREFIXED else unit
     size = abs(value)
-    if base not in _PREFIXED or size == 0.0 or size >= 0.1:
+    if _before_per(unit) not in _PREFIXED or size == 0.0 or size >= 0.1:
         return f"{value:.3g} {unit}".rstrip()
     power = max(-9, 3 * math.floor(math.log10(size) / 3.0))
     if float(f"{size / 10.0**power:.3g}") >= 1000.0:

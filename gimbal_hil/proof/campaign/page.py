@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, quantity
+from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, quantity, scaled_unit
 
 if TYPE_CHECKING:
     from gimbal_hil.pages.plots import Drawing
@@ -38,7 +38,7 @@ def campaign_page(table: Path, title: str, where: str) -> Page:
         ),
         *(Plot(_spread(kind, measured), _CAPTION) for kind in kinds[:_MOST_PICTURES]),
         Heading("What was measured"),
-        Table(_HEADER, [_row(name, values) for name, values in measured.items()]),
+        *(_table(kind, measured) for kind in kinds),
         Heading("What differs from antenna to antenna"),
         Table(_HEADER, [_row(name, values) for name, values in drawn.items()]),
     ]
@@ -64,8 +64,23 @@ def _read(table: Path) -> tuple[dict[str, NDArray[np.float64]], list[str]]:
 
 def _row(name: str, values: NDArray[np.float64]) -> list[str]:
     found = values[1:][np.isfinite(values[1:])]
-    spread = [f"{q:.4g}" for q in np.quantile(found, _QUANTILES)] if len(found) else ["–"] * len(_QUANTILES)
-    return [name, f"{values[0]:.4g}", *spread, str(len(values) - 1 - len(found))]
+    spread = [_digits(q) for q in np.quantile(found, _QUANTILES)] if len(found) else ["–"] * len(_QUANTILES)
+    return [name, _digits(values[0]), *spread, str(len(values) - 1 - len(found))]
+
+
+def _digits(value: float) -> str:
+    """Four digits, without an exponent."""
+    return "–" if np.isnan(value) else np.format_float_positional(value, precision=4, fractional=False, trim="-")
+
+
+def _table(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> Table:
+    """One kind of number in every step that measured it, in a unit of its size; next to nothing in it is none."""
+    picked = _of_kind(kind, measured)
+    size = float(np.nanmax(np.abs(list(picked.values())), initial=0.0))
+    factor, unit = scaled_unit(size, _unit(kind))
+    header = _title(kind) + ("" if unit == "1" else f" [{unit}]")
+    rows = [_row(step, np.round(factor * values, 6)) for step, values in picked.items()]
+    return Table((header, *_HEADER[1:]), rows)
 
 
 def _ending(kind: str) -> str:
@@ -73,8 +88,8 @@ def _ending(kind: str) -> str:
 
 
 def _unit(kind: str) -> str:
-    """Of `settling_s` s; empty for a number without one."""
-    return _UNITS.get(_ending(kind), "")
+    """Of `settling_s` s; "1" for a number without one."""
+    return _UNITS.get(_ending(kind), "1")
 
 
 def _words(kind: str) -> str:
@@ -83,8 +98,8 @@ def _words(kind: str) -> str:
 
 
 def _title(kind: str) -> str:
-    """`settling_s` as words and a unit."""
-    return f"{_words(kind)} [{_unit(kind)}]" if _unit(kind) else _words(kind)
+    """`settling_s` as words."""
+    return _words(kind).capitalize()
 
 
 def _of_kind(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
@@ -100,9 +115,10 @@ def _widest(kinds: Sequence[str], measured: Mapping[str, NDArray[np.float64]]) -
     if not found:
         return ""
     _, kind, step, low, high, nominal = max(found)
-    unit = _unit(kind)
-    said = f"{_words(kind)} of {step}, {low:.3g} to {high:.3g} {unit} in nine of ten antennas"
-    return f" Differs most: {said} (nominal {nominal:.3g} {unit})."
+    factor, unit = scaled_unit(max(abs(low), abs(high)), _unit(kind))
+    low, high, nominal = (round(factor * value, 6) for value in (low, high, nominal))
+    said = f"{_words(kind)} of {step}, {low:.3g} to {quantity(high, unit)} in nine of ten antennas"
+    return f" Differs most: {said} (nominal {quantity(nominal, unit)})."
 
 
 def _width(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> float:
@@ -133,11 +149,13 @@ def _spread(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> Drawing:
 
     picked = _of_kind(kind, measured)
     unit = _unit(kind)
-    drawn = figure(_title(kind), f"difference from the nominal antenna [{unit or '1'}]", "", 130 + 34 * len(picked))
     nominal = np.array([values[0] for values in picked.values()])
     quantiles = np.array([np.nanquantile(values, (0.05, 0.25, 0.5, 0.75, 0.95)) for values in picked.values()]).T
-    low, q1, median, q3, high = quantiles - nominal
-    steps = [f"{step}: {quantity(value, unit or '1')}" for step, value in zip(picked, nominal, strict=True)]
+    factor, scaled = scaled_unit(float(np.nanmax(np.abs(quantiles - nominal))), unit)
+    low, q1, median, q3, high = factor * (quantiles - nominal)
+    across = "difference from the nominal antenna" + ("" if scaled == "1" else f" [{scaled}]")
+    drawn = figure(_title(kind), across, "", 130 + 34 * len(picked))
+    steps = [f"{step}: {quantity(value, unit)}" for step, value in zip(picked, nominal, strict=True)]
     for name, least, most, colour, width in (
         ("5 to 95 %", low, high, REFERENCE, 4),
         ("25 to 75 %", q1, q3, MEASURED, 8),

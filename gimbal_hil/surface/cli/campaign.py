@@ -73,6 +73,7 @@ def command(
 
     from firmware_protocol.errors import EXIT_INTERRUPTED
     from gimbal_hil.knowledge.executor import open_executor
+    from gimbal_hil.pages.report import Callout
     from gimbal_hil.proof.campaign import campaign_page, run_campaign
     from gimbal_hil.surface.cli.following import command_line, print_next
     from gimbal_hil.surface.cli.progress import ProgressBar
@@ -95,11 +96,14 @@ def command(
         print("interrupted; the same command with --resume goes on", file=sys.stderr)
         return EXIT_INTERRUPTED
     where = f"{done.antennas - 1} antennas about {campaign.model.name}, seed {asked.seed}"
-    page = campaign_page(done.table, campaign.experiment.text, where).write(out / "report.html")
+    found = campaign_page(done.table, campaign.experiment.text, where)
+    page = found.write(out / "report.html")
     if as_json:
         print(json.dumps({"antennas": done.antennas - 1, "table": str(done.table), "report": str(page)}))
     else:
-        print(f"{campaign.experiment.text}: {where}\n  table   {done.table}\n  report  {page}")
+        print(f"{campaign.experiment.text}: {where}")
+        print("\n".join(f"  {block.text}" for block in found.blocks if isinstance(block, Callout)))
+        print(f"  table   {done.table}\n  report  {page}")
         print_next(
             command_line("experiment", name, config=asked.config, model=asked.model, out=Path("runs") / Path(name).stem)
         )

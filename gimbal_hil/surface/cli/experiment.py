@@ -94,7 +94,7 @@ def command(
 
     from firmware_protocol.errors import EXIT_INTERRUPTED
     from gimbal_hil.knowledge.experiments import CHECKPOINT_FILE, PARTS_FOLDER
-    from gimbal_hil.pages.report import counted
+    from gimbal_hil.pages.report import Callout, counted
     from gimbal_hil.surface.cli.following import after_experiment, print_next
     from gimbal_hil.surface.cli.progress import ProgressBar
 
@@ -116,8 +116,12 @@ def command(
     if as_json:
         _print_json(outcome, folder)
     else:
-        print(f"{outcome.experiment.text}: {counted(len(outcome.rows), 'row')}")
-        print(f"  table   {folder / 'table.csv'}\n  report  {folder / 'report.html'}")
+        print(outcome.experiment.text)
+        for block in outcome.blocks:
+            if isinstance(block, Callout):
+                print(f"  {block.text}")
+        print(f"  table   {folder / 'table.csv'} ({counted(len(outcome.rows), 'row')})")
+        print(f"  report  {folder / 'report.html'}")
         print_next(after_experiment(outcome.experiment.name, folder, asked.config, asked.model, run, asked.short))
     return 0
 

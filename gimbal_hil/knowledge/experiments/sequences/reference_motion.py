@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gimbal_hil.knowledge.experiments import Experiment, Row, Signals, Step, axes_of, move_to, position_hold, step_of
 from gimbal_hil.knowledge.experiments.sequences.options import SequenceOptions
 from gimbal_hil.loop.host import AxisCommand, Mode, Shape
-from gimbal_hil.pages.report import Block, Heading, Plot, Text
+from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Text, quantity
 
 Floats = NDArray[np.float64]
 #: seconds between rows of a reference; the host goes straight from one to the next
@@ -89,7 +89,7 @@ def motion_experiment(
     )
 
     def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
-        return [Heading(text), Text(said), *figures(drawn)]
+        return [*(Callout(_covered(row)) for row in rows), Heading(text), Text(said), *figures(drawn)]
 
     return Experiment(name, text, steps, measure, conclude, frozenset({name}), options.every or 1)
 
@@ -105,6 +105,22 @@ def measure(step: Step, signals: Signals) -> Row:
                 float(column.max()),
             )
     return row
+
+
+def _covered(row: Row) -> str:
+    """How far each axis went, how fast and under how much torque."""
+    mark = "_position_low_rad"
+
+    def largest(axis: str, name: str, unit: str) -> str:
+        ends = (row[f"{axis}_{name}_low_{unit}"], row[f"{axis}_{name}_high_{unit}"])
+        return quantity(max(map(abs, ends)), {"rad_s": "rad/s", "nm": "N m"}[unit])
+
+    said = [
+        f"{axis} from {row[f'{axis}{mark}']:.2f} to {row[f'{axis}_position_high_rad']:.2f} rad, at up to "
+        f"{largest(axis, 'rate', 'rad_s')} and {largest(axis, 'torque', 'nm')}"
+        for axis in (name.removesuffix(mark) for name in row if name.endswith(mark))
+    ]
+    return f"Recorded: {'; '.join(said)}."
 
 
 def figures(drawn: Mapping[str, Signals]) -> list[Block]:
