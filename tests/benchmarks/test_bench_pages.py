@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from gimbal_hil.loop.timing.miss_causes import MissCause
-from gimbal_hil.proof.bench.figures import Figure
+from gimbal_hil.pages.report import Callout
+from gimbal_hil.proof.bench.figures import Figure, Goal, GoalKind
 from gimbal_hil.proof.bench.real_time import RealTime
 from gimbal_hil.proof.bench.real_time_page import real_time_blocks, real_time_text
 from gimbal_hil.proof.bench.results import bench_page, bench_text, speed_blocks
@@ -50,6 +51,14 @@ def test_effects_have_a_table_of_their_own_on_the_speed_page() -> None:
     page = bench_page(speed_blocks(figures), "gimbal-hil bench").render()
     assert "What each effect costs" in page and ">cogging<" in page
     assert "step with cogging" in bench_text(figures)
+
+
+def test_the_speed_page_begins_with_the_targets_that_were_met_and_missed() -> None:
+    goals = (Goal(GoalKind.RATIO_AT_LEAST, 1.0), Goal(GoalKind.VALUE_AT_LEAST, 5.0), None)
+    figures = [Figure(f"part {n}", 1.0, "ns", "a sine", 2.0, 1.5, 2.5, 9, goal) for n, goal in enumerate(goals)]
+    first = speed_blocks(figures)[0]
+    assert isinstance(first, Callout) and first.tone == "warning"
+    assert first.text.startswith("1 of 2 targets met on this machine. Missed: part 1: 1 ns")
 
 
 @pytest.mark.parametrize("words", [["sleep"], ["blind"], ["realtime", "--link", "smoke_signals", "--seconds", "1"]])

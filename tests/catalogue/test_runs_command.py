@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from gimbal_hil.data.catalogue.comparison import difference_of
+from gimbal_hil.data.runs import Event, EventKind
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.surface.cli import app
+from gimbal_hil.surface.cli.runs import _told_events
 from tests.runs.synthetic import CONFIGURATION, HEADER, record_run
 
 
@@ -60,6 +62,16 @@ def test_a_run_is_shown_with_figures_of_each_axis_and_what_was_commanded(
     assert [event["kind"] for event in shown["events"]] == ["command", "command"]  # type: ignore[attr-defined]
 
 
+def test_the_same_command_again_and_again_is_one_line() -> None:
+    words = ["start", "start", "stop", "start"]
+    events = [Event(10 * number, 10_000_000 * number, EventKind.COMMAND, word) for number, word in enumerate(words)]
+    assert _told_events(events, 0.001) == [
+        "      0.000 s  command  start (2 times, the last at 0.010 s)",
+        "      0.020 s  command  stop",
+        "      0.030 s  command  start",
+    ]
+
+
 def test_two_runs_are_compared_by_figures_and_settings_and_drawn_over_each_other(
     runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -71,6 +83,8 @@ def test_two_runs_are_compared_by_figures_and_settings_and_drawn_over_each_other
     ticks = next(one for one in found["figures"] if one["name"] == "ticks")  # type: ignore[attr-defined]
     assert (ticks["first"], ticks["second"]) == (1200, 1600)
     assert json.loads((out / "comparison.json").read_text()) == found
+    assert app.run("runs", ["compare", str(runs / "first"), str(runs / "other")]) == 0
+    assert capsys.readouterr().out.startswith("1 setting differs. Most changed: ")
     page = (out / "report.html").read_text()
     assert "outer: both runs from their first row on" in page and "configuration.gains.kp" in page
     with pytest.raises(SystemExit) as end:

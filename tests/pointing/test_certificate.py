@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.pages.report import Table
 from gimbal_hil.pointing.certifying import (
     FLOWN_FILE,
     Certificate,
@@ -23,6 +24,7 @@ from gimbal_hil.pointing.certifying import (
     FlownFlight,
     NavigationErrors,
     PointingRequirement,
+    certificate_blocks,
     certified,
     fly,
     judged,
@@ -223,4 +225,14 @@ def test_a_certificate_that_is_not_kept_says_which_flight() -> None:
     broken = Certificate(found.task, worse, 1, 0.0)
     assert found.keeps and not broken.keeps and [one.seed for one in broken.late] == [1]
     assert "no excursion beyond 0.5 degrees in 2 flights" in summary(found)
+    one = replace(found.flights[1], excursions=1)
+    assert "the one excursion beyond 0.5 degrees in 2 flights was muted" in summary(
+        Certificate(found.task, (found.flights[0], one), 1, 0.0)
+    )
+    for flights in (found.flights[:1], found.flights):
+        blocks = certificate_blocks(Certificate(found.task, flights, 1, 0.0))
+        groups = next(block for block in blocks if isinstance(block, Table) and block.header[0] == "Flights")
+        whole = [row for row in groups.rows if row[1] == str(len(flights))]
+        # of one flight there is a share and no interval
+        assert whole and all(row[2].endswith(" %") and (row[3] == "-") is (len(flights) == 1) for row in whole)
     assert "in 1 of 2 flights" in summary(broken) and "0.30 s (seed 1)" in summary(broken)

@@ -49,6 +49,8 @@ def test_a_cause_is_told_by_where_how_large_and_how_sure_and_not_by_its_phase() 
     assert "12 mN m, 8 per turn and amplitude 12 mN m, 16 per turn" in headline(twice)
     moved = {"coulomb": number(0.31, "N m", 0.25), "breakaway": number(0.3, "N m", 0.3)}
     friction = {"name": "coulomb", "axis": "pan", "probability": 0.6, "parameters": moved}
+    alike = friction | {"parameters": moved | {"breakaway": number(0.3, "N m", 0.30001)}}
+    assert "breakaway" not in headline(alike)
     assert headline(friction) == "Coulomb on pan: coulomb 0.31 N m (model: 0.25 N m); probability 0.60"
 
 

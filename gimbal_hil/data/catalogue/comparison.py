@@ -13,7 +13,7 @@ from firmware_protocol.errors import GimbalHilError
 from gimbal_hil.data.catalogue.summary import Measure, measures_of
 from gimbal_hil.data.runs import RecordedRun, damage_of
 from gimbal_hil.data.signals import SignalsTable, signals_of_run, unit_of
-from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, Text
+from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, Text, scaled_unit
 
 Floats = NDArray[np.float64]
 
@@ -94,17 +94,13 @@ def comparison_page(found: Comparison, tolerance: float | None = None) -> Page:
     """The report: figures, differences, and every signal of both over each other; with a tolerance its answer first."""
     first, second = found.names
     count = len(found.settings)
-    lead = (
-        f"{count} {'setting differs' if count == 1 else 'settings differ'}."
-        if count
-        else "Configuration, model and seed are the same."
-    )
+    lead = comparison_headline(found)
     lead = lead if found.sound else f"Not both are what was recorded: this is of the rest. {lead}"
     blocks: list[Block] = []
     if tolerance is not None:
         said = found.within(tolerance)
         blocks.append(Callout(f"{said[:1].upper()}{said[1:]}.", "bad" if found.apart(tolerance) else "good"))
-    blocks.append(Callout(f"{lead} {_largest_change(found)}".strip()))
+    blocks.append(Callout(lead))
     blocks += [*(Text(note) for note in found.notes), *_overlays(found), Heading("Figures")]
     rows = [[name, unit, _shown(a), _shown(b), _change(a, b)] for name, unit, a, b in found.measures]
     blocks.append(Table(["", "unit", first, second, "change"], rows, "Following errors where a loop was closed."))
@@ -113,11 +109,19 @@ def comparison_page(found: Comparison, tolerance: float | None = None) -> Page:
     return Page("Two runs compared", f"gimbal-hil runs compare {first} {second}", blocks)
 
 
+def comparison_headline(found: Comparison) -> str:
+    """How many settings differ, and the figure that changed most."""
+    count = len(found.settings)
+    settings = "settings differ" if count > 1 else "setting differs"
+    lead = f"{count} {settings}." if count else "Configuration, model and seed are the same."
+    return f"{lead} {_largest_change(found)}"
+
+
 def _largest_change(found: Comparison) -> str:
     """The figure of both that changed most against its size; what came from nothing changed most of all."""
     both = [(name, unit, a, b) for name, unit, a, b in found.measures if a is not None and b is not None and a != b]
     if not both:
-        return "No figure of both differs."
+        return "No figure differs."
     name, unit, a, b = max(both, key=lambda row: abs(row[3] / row[2] - 1.0) if row[2] else math.inf)
     return f"Most changed: {name}, from {_shown(a)} to {f'{_shown(b)} {unit}'.strip()}."
 
@@ -133,7 +137,14 @@ def _overlays(found: Comparison) -> list[Block]:
         columns = [f"{axis}.{name}" for name in _DRAWN]
         columns = [name for name in columns if name in first.columns and name in second.columns]
         titles = [title for name in columns for title in (name, f"{name}: {found.names[1]} minus {found.names[0]}")]
-        units = [f"[{unit_of(name)}]" for name in columns for _ in range(2)]
+        apart = [difference_of(first, second, name) for name in columns]
+        scales = [
+            scaled_unit(float(np.max(np.abs(off), initial=0.0)), unit_of(name))
+            for (_, off), name in zip(apart, columns, strict=True)
+        ]
+        units = [
+            f"[{unit}]" for name, (_, scaled) in zip(columns, scales, strict=True) for unit in (unit_of(name), scaled)
+        ]
         drawn = stacked(titles, "time since the first row [s]", units, height_each=150)
         for table, colour, label in ((first, MEASURED, found.names[0]), (second, MODEL, found.names[1])):
             part = thinned(len(table), 1500)
@@ -142,11 +153,10 @@ def _overlays(found: Comparison) -> list[Block]:
                     x=table.time_s[part], y=table.columns[name][part], name=label, legendgroup=label,
                     showlegend=place == 0, line={"color": colour, "width": 1.2}, row=2 * place + 1,
                 )  # fmt: skip
-        for place, name in enumerate(columns):
-            time_s, apart = difference_of(first, second, name)
+        for place, ((time_s, off), (factor, _)) in enumerate(zip(apart, scales, strict=True)):
             part = thinned(len(time_s), 1500)
             line = {"color": ALERT, "width": 1.2}
-            drawn.add_scatter(x=time_s[part], y=apart[part], line=line, row=2 * place + 2, showlegend=False)
+            drawn.add_scatter(x=time_s[part], y=factor * off[part], line=line, row=2 * place + 2, showlegend=False)
         blocks.append(Plot(drawn, f"{axis}: both runs from their first row on, and their difference."))
     return blocks
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import SafetyStopError
 from gimbal_hil.data.runs import AXES, TICK_ROW, Event
 from gimbal_hil.knowledge.experiments.experiment import Signals, Step
-from gimbal_hil.loop.host import HostEvent, HostState, Program
+from gimbal_hil.loop.host import HostEvent, HostState, Program, word_of
 from gimbal_hil.loop.settings import DaemonSettings, EmbeddedAntenna
 from gimbal_hil.realtime.lockstep import CompiledPath, FramePath, Recorded
 from sim_backend.firmware import close_firmware, run_firmware
@@ -154,8 +154,7 @@ class LockstepAntenna:
         followed = _joined(parts, first, step.program)
         if self.engine.host.state is not HostState.ACTIVE and not step.segment.switch_off_afterwards:
             raise SafetyStopError(
-                f"step {step.name!r}: host is {self.engine.host.state.name.lower()}, "
-                f"{self.engine.host.cause.name.lower()}"
+                f"stopped in step {step.name!r} by {word_of(self.engine.host.cause).replace('_', ' ')}"
             )
         return followed
 

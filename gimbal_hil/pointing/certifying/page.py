@@ -82,7 +82,8 @@ def summary(found: Certificate) -> str:
     beyond = f"beyond {math.degrees(need.mute_beyond_rad):g} degrees"
     in_time = f"muted within {1e3 * need.mute_within_s:g} ms"
     excursions = sum(one.excursions for one in found.flights)
-    muted = f"all {excursions} excursions {beyond} in {flights} flights were {in_time}"
+    count = "the one excursion" if excursions == 1 else f"all {excursions} excursions"
+    muted = f"{count} {beyond} in {flights} flights {'was' if excursions == 1 else 'were'} {in_time}"
     if not excursions:
         muted = f"no excursion {beyond} in {flights} flights"
     if late:
@@ -156,7 +157,7 @@ def certificate_blocks(found: Certificate) -> list[Block]:
                     f"{math.degrees(one.elevation_rad):.0f}",
                     f"{math.degrees(one.worst_rad):.3f}",
                     f"{1e3 * one.slowest_mute_s:.0f}",
-                    ", ".join(one.stops) or "-",
+                    ", ".join(stop.replace("_", " ") for stop in one.stops) or "-",
                 )
                 for one in sorted(flights, key=lambda one: (-one.slowest_mute_s, -one.worst_rad))[:_LISTED]
             ],
@@ -198,7 +199,15 @@ def _group(words: str, flights: Sequence[FlownFlight]) -> tuple[str, ...]:
     if not sum(one.transmitting_s for one in flights):
         return words, str(len(flights)), "-", "-", "-"
     within = of_time([one.within_s for one in flights], [one.transmitting_s for one in flights])
-    return words, str(len(flights)), *_cells(within), f"{math.degrees(max(one.worst_rad for one in flights)):.3f}"
+    value, interval = _cells(within)
+    # whole flights are resampled: of one there is nothing to choose from
+    return (
+        words,
+        str(len(flights)),
+        value,
+        "-" if len(flights) == 1 else interval,
+        f"{math.degrees(max(one.worst_rad for one in flights)):.3f}",
+    )
 
 
 def _distribution(found: Certificate) -> Drawing:
@@ -212,9 +221,10 @@ def _distribution(found: Certificate) -> Drawing:
     drawn = figure("", "error [deg]", "share of the time [%]")
     drawn.add_scatter(x=steps[shown], y=100.0 * beyond[shown], name="larger than this", line=dict(color=MEASURED))
     need = found.task.requirement
-    for limit, words in ((need.within_rad, "requirement"), (need.mute_beyond_rad, "mute")):
+    limits = ((need.within_rad, "requirement", "dash"), (need.mute_beyond_rad, "muted beyond", "dot"))
+    for limit, words, dash in limits:
         drawn.add_scatter(
-            x=[math.degrees(limit)] * 2, y=[1e-4, 100.0], name=words, mode="lines", line=dict(color=ALERT, dash="dash")
+            x=[math.degrees(limit)] * 2, y=[1e-4, 100.0], name=words, mode="lines", line=dict(color=ALERT, dash=dash)
         )
     drawn.update_yaxes(type="log", range=[-4, 2], tickvals=_TICKS, ticktext=[f"{one:g}" for one in _TICKS])
     drawn.update_xaxes(range=[0.0, 1.1 * math.degrees(need.mute_beyond_rad)])

@@ -50,14 +50,23 @@ def speed_blocks(figures: Sequence[Figure]) -> list[Block]:
         " the pairs, spread its extremes."
     )
     return [
+        _targets(figures),
         Heading("Speed"),
         Text(about),
         Table(HEADER, [figure.as_row() for figure in figures if figure not in effects]),
         Heading("What each effect costs"),
         Table(
-            ("Effect", *HEADER[1:]), [[figure.name.removeprefix(STEP_WITH), *figure.as_row()[1:]] for figure in effects]
+            ("Effect", *HEADER[1:]),
+            [[figure.name.removeprefix(STEP_WITH).replace("_", " "), *figure.as_row()[1:]] for figure in effects],
         ),
     ]
+
+
+def _targets(figures: Sequence[Figure]) -> Callout:
+    """How many targets were met, and which were not."""
+    asked, missed = [one for one in figures if one.target], [one for one in figures if one.problem]
+    said = f"{len(asked) - len(missed)} of {len(asked)} targets met on this machine."
+    return Callout(said + "".join(f" Missed: {one.problem}." for one in missed), "warning" if missed else "good")
 
 
 def slower_blocks(slower: Sequence[str]) -> list[Block]:

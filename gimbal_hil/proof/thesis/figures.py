@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, REFERENCE, SECOND, figure, thinned
+from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, REFERENCE, SECOND, figure, logarithm, thinned
 from gimbal_hil.proof.thesis.controller_tables import Agreement, TableResult
 from gimbal_hil.proof.thesis.friction_curves import FrictionCurves
 from gimbal_hil.proof.thesis.printed import Loop
@@ -147,21 +147,19 @@ def temperature_figure(sweeps: Sequence[SlidingSweep]) -> Drawing:
             name=f"{sweep.temperature_degc:g} degC",
             line={"color": colour},
         )
-    drawn.update_xaxes(type="log")
+    drawn.update_xaxes(**logarithm(rate for sweep in sweeps for rate in sweep.rate_rad_s))
     return drawn
 
 
 def convergence_figure(found: Convergence) -> Drawing:
     """Error over step, and the slope of a second-order method."""
-    drawn = figure("The plant's error over its step", "plant step (s)", "position error after a second (rad)")
-    drawn.add_scatter(
-        x=found.step_s, y=found.error_rad, mode="lines+markers", name="whole antenna", line={"color": MEASURED}
+    drawn = figure("The plant's error over its step", "plant step (ms)", "position error after a second (µrad)")
+    step_ms, error_urad = (
+        [factor * value for value in of] for factor, of in ((1e3, found.step_s), (1e6, found.error_rad))
     )
-    finest_step, finest_error = found.step_s[-1], found.error_rad[-1]
-    slope = [finest_error * (step / finest_step) ** 2 for step in found.step_s]
-    drawn.add_scatter(
-        x=found.step_s, y=slope, mode="lines", name="second order", line={"color": REFERENCE, "dash": "dot"}
-    )
-    drawn.update_xaxes(type="log")
-    drawn.update_yaxes(type="log", exponentformat="power")
+    drawn.add_scatter(x=step_ms, y=error_urad, mode="lines+markers", name="whole antenna", line={"color": MEASURED})
+    slope = [error_urad[-1] * (step / step_ms[-1]) ** 2 for step in step_ms]
+    drawn.add_scatter(x=step_ms, y=slope, mode="lines", name="second order", line={"color": REFERENCE, "dash": "dot"})
+    drawn.update_xaxes(**logarithm(step_ms))
+    drawn.update_yaxes(**logarithm(error_urad))
     return drawn

@@ -292,11 +292,11 @@ def _temperature(report: ThesisReport) -> list[str]:
     return lines + columns(TEMPERATURE_HEADER, temperature_rows(report))
 
 
-CONVERGENCE_HEADER = ("plant step s", "error rad", "order")
+CONVERGENCE_HEADER = ("plant step ms", "error µrad", "order")
 
 
 def convergence_rows(report: ThesisReport) -> list[list[str]]:
     """Per step: position error, and the order from the step before."""
     orders = ["-", *(f"{order:.2f}" for order in report.convergence.orders)]
     pairs = zip(report.convergence.step_s, report.convergence.error_rad, orders, strict=True)
-    return [[f"{step:g}", f"{error:.2g}", order] for step, error, order in pairs]
+    return [[f"{1e3 * step:g}", f"{1e6 * error:.2g}", order] for step, error, order in pairs]

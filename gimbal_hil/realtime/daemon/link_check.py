@@ -38,6 +38,8 @@ class LinkReport:
     remarks: list[str] = field(default_factory=list)
     #: of other makes, each as it was heard
     drives: list[DriveReport] = field(default_factory=list)
+    #: whether there is a link to listen on
+    listens: bool = True
 
     @property
     def good(self) -> bool:
@@ -58,6 +60,8 @@ class LinkReport:
 
     def lines(self) -> list[str]:
         """For people."""
+        if not self.listens:
+            return [f"link: {self.name}"]
         heard = (
             f"{sum(self.frames.values())} frames of {len(self.frames)} kinds heard"
             if self.frames
@@ -74,9 +78,8 @@ def check_link(settings: DaemonSettings) -> LinkReport:
     """
     config = settings.link
     if isinstance(config, EmbeddedAntenna):
-        return LinkReport(
-            f"virtual antenna {config.embedded.model} in this process", remarks=["an embedded antenna needs no link"]
-        )
+        name = f"none needed: the virtual antenna {config.embedded.model} runs in this process"
+        return LinkReport(name, listens=False)
     report = LinkReport(str(config.kind))
     if isinstance(config, AdapterLinkConfig):
         report.remarks += _not_given(config)

@@ -103,7 +103,7 @@ def run(name: str, arguments: list[str]) -> int:
             )
         if not hasattr(error, "format_message"):
             raise
-        _fail(f"error: {error.format_message()}", EXIT_BAD_INPUT)
+        _fail(f"error: {error.format_message().replace('Value error, ', '')}", EXIT_BAD_INPUT)
     return code if isinstance(code, int) else EXIT_DONE
 
 

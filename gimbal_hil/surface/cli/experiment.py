@@ -94,7 +94,7 @@ def command(
 
     from firmware_protocol.errors import EXIT_INTERRUPTED
     from gimbal_hil.knowledge.experiments import CHECKPOINT_FILE, PARTS_FOLDER
-    from gimbal_hil.pages.report import Callout, counted
+    from gimbal_hil.pages.report import counted
     from gimbal_hil.surface.cli.following import after_experiment, print_next
     from gimbal_hil.surface.cli.progress import ProgressBar
 
@@ -117,13 +117,25 @@ def command(
         _print_json(outcome, folder)
     else:
         print(outcome.experiment.text)
-        for block in outcome.blocks:
-            if isinstance(block, Callout):
-                print(f"  {block.text}")
+        for line in _findings(outcome):
+            print(f"  {line}")
         print(f"  table   {folder / 'table.csv'} ({counted(len(outcome.rows), 'row')})")
         print(f"  report  {folder / 'report.html'}")
         print_next(after_experiment(outcome.experiment.name, folder, asked.config, asked.model, run, asked.short))
     return 0
+
+
+def _findings(outcome: Outcome) -> list[str]:
+    """What the report says first of each part, under the name of the part."""
+    from gimbal_hil.pages.report import Callout, Heading
+
+    found, part = [], ""
+    for block in outcome.blocks:
+        if isinstance(block, Heading):
+            part = f"{block.text}: "
+        elif isinstance(block, Callout):
+            found.append(f"{part}{block.text}")
+    return found
 
 
 def _folder(name: str, leaving: RunOptions, run: Path | None, lockstep: bool) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,6 +13,7 @@ from firmware_protocol.places import require_new
 
 if TYPE_CHECKING:
     from gimbal_hil.data.catalogue import Comparison
+    from gimbal_hil.data.runs import Event
 
 REPORT_FILE, ANSWER_FILE = "report.html", "comparison.json"
 
@@ -116,19 +118,33 @@ def _show(folder: Path, as_json: bool) -> bool:
     if damage:
         _say("NOT AS IT WAS RECORDED: what follows is of the rest; the notes say what is wrong")
     _say(f"axes {', '.join(line.axes)}; model {line.model}")
-    _say("\n".join(f"  {one.name:<32} {one.value:>12.6g} {one.unit}" for one in measures))
-    period_s = run.record.header.period_ns * 1e-9
-    _say("\n".join(f"  {event.tick * period_s:9.3f} s  {event.kind.value:<8} {event.text}" for event in told[-20:]))
+    _say("\n".join(f"  {one.name:<32} {one.value:>12.6g} {one.unit}".rstrip() for one in measures))
+    _say("\n".join(_told_events(told, run.record.header.period_ns * 1e-9)))
     _say("\n".join(f"  note: {note}" for note in notes))
     print_next(command_line("replay", folder))
     return not damage
+
+
+def _told_events(events: Sequence[Event], period_s: float) -> list[str]:
+    """The last twenty, a line each; the same one again and again is one line."""
+    found: list[tuple[Event, int, Event]] = []
+    for event in events:
+        if found and (found[-1][0].kind, found[-1][0].text) == (event.kind, event.text):
+            found[-1] = (found[-1][0], found[-1][1] + 1, event)
+        else:
+            found.append((event, 1, event))
+    return [
+        f"  {first.tick * period_s:9.3f} s  {first.kind.value:<8} {first.text}"
+        + (f" ({count} times, the last at {last.tick * period_s:.3f} s)" if count > 1 else "")
+        for first, count, last in found[-20:]
+    ]
 
 
 def _compare(first: Path, second: Path, out: Path | None, tolerance: float | None, force: bool, as_json: bool) -> int:
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO
-    from gimbal_hil.data.catalogue import compare, comparison_page
+    from gimbal_hil.data.catalogue import compare, comparison_headline, comparison_page
     from gimbal_hil.data.runs import open_run
     from gimbal_hil.surface.cli.following import command_line, print_next
 
@@ -145,9 +161,12 @@ def _compare(first: Path, second: Path, out: Path | None, tolerance: float | Non
     if as_json:
         print(json.dumps(answer))
         return code
-    _say("\n".join(_lines(found)))
+    if not found.sound:
+        _say("NOT AS RECORDED: what follows is of the rest; the notes say what is wrong")
+    _say(comparison_headline(found))
     if tolerance is not None:
         _say(found.within(tolerance))
+    _say("\n".join(_lines(found)))
     if out is None:
         print_next(command_line("runs", "compare", first, second, out="compared"))
     else:
@@ -160,12 +179,11 @@ def _lines(found: Comparison) -> list[str]:
     def shown(value: object) -> str:
         return "-" if value is None else f"{value:.6g}"
 
-    lines = [] if found.sound else ["NOT AS RECORDED: what follows is of the rest; the notes say what is wrong"]
-    lines += [f"{'':<36}{'first':>14}{'second':>14}"]
+    lines = [f"{'':<36}{'first':>14}{'second':>14}"]
     lines += [f"{f'{name} {unit}':<36}{shown(a):>14}{shown(b):>14}" for name, unit, a, b in found.measures]
     lines += [f"{key}: {a} | {b}" for key, a, b in found.settings]
     lines += [f"note: {note}" for note in found.notes]
-    return lines if found.settings else [*lines, "configuration, model and seed are the same"]
+    return lines
 
 
 def _say(text: str) -> None:

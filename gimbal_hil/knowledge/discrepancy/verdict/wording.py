@@ -80,7 +80,8 @@ def _recalibration(result: Result, gaps: Sequence[Gap]) -> str:
     gap = largest(gaps)
     if gap.before - gap.after_recalibration <= 0.1 * gap.before or gap.before <= 1.1 * gap.noise_floor:
         return ""
-    return f" ({quantity(gap.after_recalibration, gap.unit)} once known numbers moved within their stated uncertainty)"
+    left = quantity(gap.after_recalibration, gap.unit)
+    return f" ({left} where the model's numbers move within their stated uncertainty)"
 
 
 def _where_judged(result: Result) -> str:
@@ -171,9 +172,16 @@ def headline(effect: Json) -> str:
     for entry in effect.get("entries") or [effect["parameters"]]:
         numbers = {name: number for name, number in entry.items() if name not in periodic}
         moved = {name: number for name, number in numbers.items() if number["value"] != number["nominal"]}
+        # one that moved behind the digits that are told says nothing, unless all did
+        moved = {name: number for name, number in moved.items() if _shows(number)} or moved
         told.append(", ".join(_number(name, number) for name, number in list(moved.items())[:_NUMBERS]))
     where = _at_first(_name(effect["name"], effect["axis"]))
     return f"{where}: {' and '.join(told)}; probability {effect['probability']:.2f}"
+
+
+def _shows(number: Json) -> bool:
+    unit, nominal = number["unit"], number["nominal"]
+    return nominal is None or quantity(number["value"], unit) != quantity(nominal, unit)
 
 
 def _number(name: str, number: Json) -> str:

@@ -32,7 +32,7 @@ from gimbal_hil.knowledge.experiments import (
 from gimbal_hil.knowledge.experiments.sequences.options import SequenceOptions
 from gimbal_hil.loop.host import AxisCommand, Mode, Shape
 from gimbal_hil.pages.plots import Drawing
-from gimbal_hil.pages.report import Block, Callout, Details, Heading, Plot, Table, Text
+from gimbal_hil.pages.report import Block, Callout, Details, Heading, Plot, Table, Text, quantity
 
 if TYPE_CHECKING:
     from gimbal_hil.knowledge.identification import StaticFit
@@ -202,9 +202,11 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
             continue
         curve = fitted_curve(pairs)
         unsteady = sum(not pair.steady for pair in pairs)
+        friction = [pair.friction_nm for pair in pairs]
         said = (
-            f"{len(pairs)} speeds from {pairs[0].speed_rad_s:.3g} to {pairs[-1].speed_rad_s:.3g} rad/s; {unsteady} "
-            "without steady speed."
+            f"{quantity(min(friction), 'N m')} to {quantity(max(friction), 'N m')} at {len(pairs)} speeds from "
+            f"{pairs[0].speed_rad_s:.3g} to {pairs[-1].speed_rad_s:.3g} rad/s; "
+            + (f"at {unsteady} the speed was not steady." if unsteady else "each speed was steady.")
         )
         blocks += [Heading(f"Friction of the {axis} axis"), Callout(said, "warning" if unsteady else "good")]
         blocks.append(
