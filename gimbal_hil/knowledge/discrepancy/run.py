@@ -80,10 +80,12 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
     else:
         # one cause, however small its gap, shows whether it passed for noise
         path = explain(replace(inquiry, policy=replace(request.policy, least_gap=0.0)), null, most=1)
-    lower = noise.under(inquiry.twin, path.state.hypothesis)
-    if path.state.hypothesis.causes and np.min(lower.effective(inquiry.twin) / inquiry.floor) < _FALLEN:
-        # what seemed explained under the old floors may hide another cause under the new ones
-        inquiry, noise, stated, null, path = _under(inquiry, lower, path)
+    found = path.state.hypothesis
+    if found.causes:
+        lower = noise.under(inquiry.twin, found).undercut(inquiry.twin, found, path.state.left() * inquiry.floor)
+        if np.min(lower.effective(inquiry.twin) / inquiry.floor) < _FALLEN:
+            # what seemed explained under the old floors may hide another cause under the new ones
+            inquiry, noise, stated, null, path = _under(inquiry, lower, path)
     progress("judging what was found")
     by_command = not torque_is_measured(inquiry.logs, request.model.axes)
     decision = decide(inquiry, stated, null, path, suspected_only, by_command)

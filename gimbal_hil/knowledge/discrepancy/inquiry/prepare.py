@@ -30,6 +30,7 @@ from gimbal_hil.knowledge.discrepancy.noise import (
     WideTwin,
     effective_floors,
     encoder_share,
+    encoder_squares,
     floors,
     moves,
     processing_floors,
@@ -99,6 +100,20 @@ class Noise:
             for floor, rest in zip(self.floors, left, strict=True)
         )
         return replace(self, floors=lower)
+
+    def undercut(self, twin: Twin, hypothesis: Hypothesis, left: Floats) -> Noise:
+        """The same at most as large as what a hypothesis leaves, rms per channel, of fitted rows and hold-out.
+
+        A hypothesis that passes less of the encoder's error (a resonance, a smaller inertia) leaves less of noise, too:
+        what it keeps back is added to what it leaves.
+        """
+        bands = twin.records[0].bands
+        kept_back = [
+            encoder_squares(self.wide, *parameters_of(self.wide, Hypothesis()), channel, bands)
+            - encoder_squares(self.wide, *parameters_of(self.wide, hypothesis), channel, bands)
+            for channel in twin.channels
+        ]
+        return self.at_most(np.sqrt(left**2 + np.maximum(kept_back, 0.0)))
 
     def effective(self, twin: Twin) -> Floats:
         """Floor per channel: noise and what no twin can follow."""

@@ -110,6 +110,31 @@ def _away_from_ends(wide: WideTwin, left: list[Floats]) -> list[Floats]:
     ]
 
 
+def encoder_squares(
+    wide: WideTwin, structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands
+) -> float:
+    """Mean square in the scored band of what an encoder of the model's step makes of its error, read from another draw
+    of it.
+    """
+    left = _away_from_ends(
+        wide, [wide.leftover(structure, P, which)[:, channel.column] for which in range(len(wide.records))]
+    )
+    edge = scoring_reach(bands) // bands.stride + 1
+    drawn = _of_another_draw(wide, left, structure, P, channel)
+    return float(np.mean(np.concatenate([scored(part[:, None], bands)[edge:-edge, 0] ** 2 for part in drawn])))
+
+
+def _of_another_draw(
+    wide: WideTwin, left: list[Floats], structure: Structure, P: NDArray[np.float64], channel: Channel
+) -> list[Floats]:
+    """What another draw of the encoder's error adds to one channel's leftovers."""
+    each = range(len(wide.records))
+    redrawn = _away_from_ends(
+        wide, [wide.leftover(structure, P, which, wide.redrawn)[:, channel.column] for which in each]
+    )
+    return [a - b for a, b in zip(redrawn, left, strict=True)]
+
+
 def _rung_up(
     wide: WideTwin,
     left: list[Floats],
@@ -125,13 +150,9 @@ def _rung_up(
     Read from another draw of that error. Where the spectrum says that the encoder is finer than the model's step, so is
     this.
     """
-    each = range(len(wide.records))
-    redrawn = _away_from_ends(
-        wide, [wide.leftover(structure, P, which, wide.redrawn)[:, channel.column] for which in each]
-    )
-    if not any(np.any(a != b) for a, b in zip(redrawn, left, strict=True)):
+    drawn = _of_another_draw(wide, left, structure, P, channel)
+    if not any(np.any(part) for part in drawn):
         return 0.0
-    drawn = [a - b for a, b in zip(redrawn, left, strict=True)]
     smooth = _law_in_band(wide, drawn, channel, bands)
     length = max(1, round(_BLOCK_S / (bands.stride * bands.period_s)))
     edge = scoring_reach(bands) // bands.stride + 1
@@ -313,6 +334,7 @@ __all__ = [
     "WideTwin",
     "effective_floors",
     "encoder_share",
+    "encoder_squares",
     "floors",
     "over_own_noise",
     "repeat_floor",
