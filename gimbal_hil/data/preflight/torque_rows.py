@@ -50,14 +50,26 @@ def impossible_torques(model: AntennaModel, table: SignalsTable, axis: str) -> I
     elif (rows := _tops(torque, most)) is not None:
         what = f"is never negative and jumps to the top of its range, {_UNSIGNED}"
         yield Impossible(column, rows, what, ColumnFault.UNSIGNED)
-    elif 0 < len(beyond) <= MOST_REPAIRED * len(torque):
-        yield Impossible(column, tuple(beyond.tolist()), "with a torque that the actuator cannot give")
+    elif 0 < len(jumped := _jumped(torque, beyond, size)) <= MOST_REPAIRED * len(torque):
+        yield Impossible(column, tuple(jumped.tolist()), "with a torque that the actuator cannot give")
     elif len(beyond) == 0:
         without = _unanswered(model, table, axis, torque)
         if 0 < len(without) <= MOST_REPAIRED * len(torque):
             yield Impossible(column, tuple(without.tolist()), "which did nothing to the motion")
         else:
             yield from held_torques(model, table, axis)
+
+
+def _jumped(torque: Floats, beyond: NDArray[np.int64], size: float) -> NDArray[np.int64]:
+    """Of rows beyond the actuator those in a stretch that begins or ends with a jump of its size: a loop that asks for
+    more than there is comes there and goes in small steps, and the actuator gives what it can.
+    """
+    if len(beyond) == 0:
+        return beyond
+    stretches = np.split(beyond, np.flatnonzero(np.diff(beyond) > 1) + 1)
+    steps = np.abs(np.diff(torque, prepend=torque[:1], append=torque[-1:]))
+    jumps = [part for part in stretches if max(steps[part[0]], steps[part[-1] + 1]) > size]
+    return np.concatenate([beyond[:0], *jumps])
 
 
 def _lost_signs(beyond: Floats, size: float) -> bool:

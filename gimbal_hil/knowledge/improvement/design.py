@@ -42,8 +42,10 @@ from sim_backend.model import AntennaModel
 
 #: motions that are tried first, then in each generation; generations; those that others are made from
 _FIRST, _EACH, _GENERATIONS, _PARENTS = 40, 24, 9, 5
-#: what shows so many times what is needed answers plainly; of less, evidence a second counts the less
-_PLAINLY = 2.0
+#: what shows so many times what is needed answers plainly; of less, evidence a second counts the less. And more than so
+#: many times answers no better: a motion that chatters at the actuator's limits shows 1e7 times what is needed, and
+#: there a twin errs by more than the noise
+_PLAINLY, _PLENTY = 2.0, 1000.0
 #: antenna time of a motion by itself
 _ANTENNA_S = 120.0
 
@@ -66,8 +68,11 @@ class Design:
 
     @property
     def merit(self) -> float:
-        """What the search makes large: evidence a second, of which what is not enough for an answer counts less."""
-        return self.per_second * min(1.0, self.expected / (_PLAINLY * self.needed))
+        """What the search makes large: evidence a second, of which what is not enough for an answer counts less, and
+        what is more than plenty does not count.
+        """
+        share = self.expected / self.needed
+        return self.per_second * min(1.0, share / _PLAINLY) * min(1.0, _PLENTY / share)
 
 
 @dataclass(frozen=True)
