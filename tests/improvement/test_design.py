@@ -74,6 +74,20 @@ def test_a_motion_keeps_to_rate_acceleration_travel_and_time_however_often_it_is
     assert lap_s >= 1.5 - 1e-9 and (motion.most_laps == 1 or motion.most_laps * lap_s <= 32.0)
 
 
+def test_more_evidence_than_plenty_does_not_make_a_motion_better_and_a_shorter_one_is() -> None:
+    motion = drawn(np.random.default_rng(1), RANGES, 1)
+    little, plenty, chatter, shorter = (
+        Design(motion, expected, WORTH, duration_s)
+        for expected, duration_s in (
+            (100.0 * WORTH, 20.0),
+            (1e4 * WORTH, 20.0),
+            (1e9 * WORTH, 20.0),
+            (1e4 * WORTH, 10.0),
+        )
+    )
+    assert little.merit < plenty.merit == chatter.merit < shorter.merit
+
+
 def test_a_motion_is_a_plan_file_with_guards_and_can_be_run() -> None:
     motion = LapMotion(
         (

@@ -97,6 +97,14 @@ def test_a_torque_that_the_actuator_cannot_give_is_found() -> None:
     assert (found.column, found.rows) == ("joint.torque", (700, 4000))
 
 
+def test_a_loop_that_asks_for_more_than_there_is_is_read() -> None:
+    """A command beyond the limit that comes and goes in small steps: the actuator gives what it can."""
+    torque = table().torque("joint").copy()
+    torque[700:800] += 5.0 * np.sin(np.pi * np.arange(100) / 100)
+    assert np.count_nonzero(np.abs(torque) > 1.2 * 3.0) > 40
+    assert not [found for found in impossible_rows(joint(), table(torque=torque)) if "cannot give" in found.what]
+
+
 def test_negative_numbers_that_were_read_without_their_sign_are_told_as_that() -> None:
     counts = np.round(table().torque("joint") / 5e-3).astype(int) % 65536
     with pytest.raises(BadInputError, match="read without its sign"):

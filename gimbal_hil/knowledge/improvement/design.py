@@ -71,8 +71,8 @@ class Design:
         """What the search makes large: evidence a second, of which what is not enough for an answer counts less, and
         what is more than plenty does not count.
         """
-        share = self.expected / self.needed
-        return self.per_second * min(1.0, share / _PLAINLY) * min(1.0, _PLENTY / share)
+        counted = min(self.expected, _PLENTY * self.needed) / (self.duration_s + AFTERWARDS_S)
+        return counted * min(1.0, self.expected / (_PLAINLY * self.needed))
 
 
 @dataclass(frozen=True)
