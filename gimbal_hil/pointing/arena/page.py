@@ -274,7 +274,7 @@ def _seen_in(found: ArenaResult, antenna: str) -> str:
 
 def _drawn_errors(found: ArenaResult, scenarios: Sequence[Scenario]) -> list[Block]:
     """Errors over time of the first scenarios in which something moves, on the last antenna."""
-    from gimbal_hil.pages.plots import figure
+    from gimbal_hil.pages.plots import figure, logarithm
 
     antenna, blocks = found.antennas[-1], list[Block]()
     kinds = ("aircraft", "base", "reversals")
@@ -287,6 +287,6 @@ def _drawn_errors(found: ArenaResult, scenarios: Sequence[Scenario]) -> list[Blo
                 time_s, error = outcomes[0].trace
                 line = dict(color=_COLOURS[place % len(_COLOURS)])
                 drawn.add_scatter(x=time_s, y=_MICRO * error, name=entrant.name, line=line)
-        drawn.update_yaxes(type="log")
+        drawn.update_yaxes(**logarithm(error for trace in drawn.to_dict()["data"] for error in trace["y"]))
         blocks.append(Plot(drawn, f"Antenna {antenna}, first seed. The first seconds are not judged."))
     return [Heading("Errors over time"), *blocks] if blocks else []

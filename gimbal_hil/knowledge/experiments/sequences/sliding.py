@@ -281,7 +281,7 @@ def _table(axis: str, pairs: Sequence[DirectionPair]) -> Table:
 def _figure(
     place: int, axis: str, rows: Sequence[Row], pairs: Sequence[DirectionPair], curve: StaticFit | None
 ) -> Drawing:
-    from gimbal_hil.pages.plots import AXIS_COLOURS, MODEL, REFERENCE, figure
+    from gimbal_hil.pages.plots import AXIS_COLOURS, MODEL, REFERENCE, figure, logarithm
 
     drawn = figure(f"Friction of the {axis} axis over speed", "speed [rad/s]", "friction [N m]", 460)
     both: dict[tuple[float, int], list[float]] = {}
@@ -311,5 +311,5 @@ def _figure(
         drawn.add_scatter(
             x=speeds, y=curve.friction.torque(speeds), mode="lines", name="steady LuGre curve", line=dict(color=MODEL)
         )
-    drawn.update_xaxes(type="log")
+    drawn.update_xaxes(**logarithm(pair.speed_rad_s for pair in pairs))
     return drawn

@@ -162,7 +162,7 @@ def _number(value: float | None) -> str:
 
 
 def _figure(place: int, axis: str, response: FrequencyResponse) -> Drawing:
-    from gimbal_hil.pages.plots import AXIS_COLOURS, REFERENCE, stacked
+    from gimbal_hil.pages.plots import AXIS_COLOURS, REFERENCE, logarithm, stacked
 
     drawn = stacked(("", "", ""), "frequency [Hz]", ("gain [dB]", "phase [deg]", "coherence"), 190)
     for loop, name, line, start_deg in (
@@ -181,5 +181,5 @@ def _figure(place: int, axis: str, response: FrequencyResponse) -> Drawing:
         row=3,
     )
     drawn.add_hline(y=-180.0, color=REFERENCE, width=1, row=2)
-    drawn.update_xaxes(type="log")
+    drawn.update_xaxes(**logarithm(response.frequency_hz))
     return drawn
