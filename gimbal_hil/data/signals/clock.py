@@ -6,14 +6,13 @@ it loses four rows of five and makes viscous friction a quarter too large.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.signals.table import TIME
+from gimbal_hil.data.signals.table import JITTER_LIMIT, TIME
 from gimbal_hil.data.tables import RawColumns
 
 #: stamps of an even clock lie within a band of this many of its own resolutions about a straight line: one by rounding
@@ -21,8 +20,16 @@ from gimbal_hil.data.tables import RawColumns
 _STRAIGHT = 1.5
 #: fewer stamps than this say nothing about a clock
 _FEWEST_STAMPS = 8
+#: share of a digit that stamps may be off, and rows by which their roundings may be, as halves are rounded either way
+_OF_A_DIGIT, _UNEVEN = 0.05, 2
+#: share of the period below which stamps have no scatter, but the digits of a number
+_NO_SCATTER = 1e-3
+#: share of steps of twice the length from which on they are no lost rows
+_MOST_LOST = 0.25
 #: up to this share of rows that repeat a stamp are faults of single rows, and may be left out
 _FEW = 0.05
+#: rates and periods are written with fewer digits; ends of a range belong to it, as far as an epoch has digits
+_MOST_DIGITS, _SAME = 10, 1e-6
 
 
 def with_counted_times(
@@ -36,13 +43,21 @@ def with_counted_times(
     """
     time_s = raw.values[TIME][rows]
     steps = np.diff(time_s)
+    if repair and len(steps) and np.all(steps > 0.0) and _rounded_steps(steps):
+        counted = _counted(time_s, period_s)
+        if counted is not None:
+            notes.append(
+                f"the stamps are those of an even clock with too few digits: times were counted from the rows, "
+                f"{1.0 / counted[1]:.6g} Hz from zero"
+            )
+            return _at(raw, rows, counted)
     repeated = np.flatnonzero(steps == 0.0) + 1
     few = len(repeated) <= _FEW * len(time_s)
     if few or np.any(steps < 0.0) or _came_twice(raw, rows, repeated):
         return raw
     where = raw.where(int(rows[repeated[0]]), TIME)
     stamps = len(time_s) - len(repeated)
-    counted = _counted(time_s)
+    counted = _counted(time_s, period_s)
     if counted is None and stamps < _FEWEST_STAMPS and period_s is not None:
         counted = np.asarray(period_s * np.arange(len(time_s)), np.float64)
     if counted is None:
@@ -67,8 +82,35 @@ def with_counted_times(
         f"{len(time_s)} rows share {shared}, of too few digits: times were counted from the rows, "
         f"{rate:.6g} Hz from zero, and none was left out"
     )
-    values: Mapping[str, NDArray[np.float64]] = {**raw.values, TIME: _in_place(raw.values[TIME], rows, counted)}
-    return replace(raw, values=values)
+    return _at(raw, rows, counted)
+
+
+def evened(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Times of a constant rate without the scatter of their stamps; those that leave a straight line by more are
+    themselves, and so are those that do not leave it.
+    """
+    even = np.linspace(time_s[0], time_s[-1], len(time_s))
+    period = float(time_s[-1] - time_s[0]) / (len(time_s) - 1)
+    scatter = float(np.max(np.abs(time_s - even))) / period
+    return even if _NO_SCATTER < scatter <= JITTER_LIMIT else time_s
+
+
+def _rounded_steps(steps: NDArray[np.float64]) -> bool:
+    """Whether steps of time, none of them zero, are those that rounding makes of even ones: of two lengths, a digit
+    apart, the rarer one coming every so many rows. A row that was lost comes when it does.
+    """
+    digit = float(np.ptp(steps))
+    if digit <= JITTER_LIMIT * float(np.median(steps)):
+        return False
+    counts = np.round(steps / digit)
+    if np.any(np.abs(steps / digit - counts) > _OF_A_DIGIT) or counts.min() < 1.0:
+        return False
+    short, long = (np.flatnonzero(counts == length) for length in (counts.min(), counts.max()))
+    if counts.min() == 1.0 and len(long) < _MOST_LOST * len(counts):
+        # as many rows are lost by a logger that stops to write, and as evenly
+        return False
+    rare = min(short, long, key=len)
+    return len(rare) >= _FEWEST_STAMPS and int(np.ptp(np.diff(rare))) <= _UNEVEN
 
 
 def _came_twice(raw: RawColumns, rows: NDArray[np.int64], repeated: NDArray[np.int64]) -> bool:
@@ -77,29 +119,49 @@ def _came_twice(raw: RawColumns, rows: NDArray[np.int64], repeated: NDArray[np.i
     return all(np.array_equal(column[before], column[after], equal_nan=True) for column in raw.values.values())
 
 
-def _counted(time_s: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Even times from zero, (n,), of which these are the rounded ones; None where they are not."""
+def _counted(time_s: NDArray[np.float64], stated_s: float | None) -> NDArray[np.float64] | None:
+    """Even times from zero, (n,), of which these are the rounded ones; None where they are not. Of the periods that
+    these stamps allow it is the stated one, else the one that was set most likely.
+    """
     stamps = np.unique(time_s)
     if len(stamps) < _FEWEST_STAMPS:
         return None
     places = np.arange(len(time_s), dtype=np.float64)
     slope, start = np.polyfit(places, time_s - time_s[0], 1)
     off = time_s - time_s[0] - (start + slope * places)
-    resolution = float(np.median(np.diff(stamps)))
+    steps = np.diff(stamps)
+    # of stamps that all differ the resolution is what their steps differ by
+    resolution = float(np.ptp(steps)) if len(stamps) == len(time_s) else float(np.median(steps))
     if float(np.ptp(off)) > _STRAIGHT * resolution or slope <= 0.0:
         return None
     # a stamp changes within one row, so that between two changes the period is known to a row over all between
     first, last = np.flatnonzero(np.diff(time_s) > 0.0)[[0, -1]] + 1
     spanned, between = float(time_s[last] - time_s[first]), int(last - first)
-    slope = spanned / between
-    # and a period that prints short is the one that was set: a whole number of rows to a stamp
-    whole = round(resolution / slope)
-    if whole >= 1 and spanned / (between + 1) <= resolution / whole <= spanned / (between - 1):
-        slope = resolution / whole
+    low, high = spanned / (between + 1), spanned / (between - 1)
+    if len(stamps) == len(time_s):
+        # no row is where a stamp changes: both ends are known to the resolution
+        low, high = (spanned - resolution) / between, (spanned + resolution) / between
+    whole = resolution / max(1, round(resolution * between / spanned))
+    if stated_s is not None and low <= stated_s <= high:
+        slope = stated_s
+    else:
+        # a whole number of rows to a stamp, or a rate or a period that is written short
+        slope = whole if low <= whole <= high else _roundest(low, high)
     return np.asarray(slope * places)
 
 
-def _in_place(whole: NDArray[np.float64], rows: NDArray[np.int64], counted: NDArray[np.float64]) -> NDArray[np.float64]:
-    times = whole.copy()
+def _roundest(low_s: float, high_s: float) -> float:
+    """The period between two that is written with the fewest digits, as a rate or as itself."""
+    for digits in range(1, _MOST_DIGITS):
+        for middle, turned in ((0.5 / low_s + 0.5 / high_s, True), (0.5 * (low_s + high_s), False)):
+            short = float(f"{middle:.{digits}g}")
+            period = 1.0 / short if turned else short
+            if low_s * (1.0 - _SAME) <= period <= high_s * (1.0 + _SAME):
+                return period
+    return 0.5 * (low_s + high_s)
+
+
+def _at(raw: RawColumns, rows: NDArray[np.int64], counted: NDArray[np.float64]) -> RawColumns:
+    times = raw.values[TIME].copy()
     times[rows] = counted
-    return times
+    return replace(raw, values={**raw.values, TIME: times})

@@ -34,8 +34,11 @@ def read_container(path: Path, named: AxisNames, columns: ColumnMap) -> Containe
     contents = contents_of(path)
     if contents is None:
         return None
-    if columns.sources.get(TIME, "") in {group.timed_by for group in contents.groups if group.timed_by}:
-        # named by what the file calls it: that is where its times came from
+    its_own = {group.timed_by for group in contents.groups if group.timed_by}
+    if not any(TIME in group.columns for group in contents.groups):
+        its_own.add(TIME)
+    if columns.sources.get(TIME, "") in its_own:
+        # named by what the file calls it, or by what it is here: its times come from the file
         columns = ColumnMap({name: source for name, source in columns.sources.items() if name != TIME})
     called = columns if columns.sources else ColumnMap(_by_their_own_names(contents, named))
     known = tuple(dict.fromkeys(name for group in contents.groups for name in group.columns))

@@ -12,9 +12,18 @@ from numpy.typing import NDArray
 from firmware_protocol.documents import LARGEST_NUMBER
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers import command_line, time_among
-from gimbal_hil.data.signals.clock import with_counted_times
+from gimbal_hil.data.signals.clock import evened, with_counted_times
 from gimbal_hil.data.signals.guessing import guessed_words, is_read_by
-from gimbal_hil.data.signals.resampling import GAP_PERIODS, resample_rows, shifted
+from gimbal_hil.data.signals.kept_rows import (
+    FEWEST_ROWS,
+    Repair,
+    RepairableError,
+    forward_rows,
+    require_rows,
+    steady_rows,
+    unparted_rows,
+)
+from gimbal_hil.data.signals.resampling import resample_rows, shifted
 from gimbal_hil.data.signals.table import (
     BASE_ANGLES,
     REPEAT,
@@ -26,40 +35,10 @@ from gimbal_hil.data.signals.table import (
 from gimbal_hil.data.signals.torque_columns import with_torques
 from gimbal_hil.data.tables import RawColumns, listed
 
-JITTER_LIMIT = 0.05  # of the period
-FEWEST_ROWS = 10
 #: share of the cells of a column that a repair may leave out though something is written there
 _MOST_NOT_UNDERSTOOD = 0.02
 #: a repair that keeps less of a log is not proposed
 _WORTH_KEEPING = 0.25
-
-
-@dataclass(frozen=True)
-class Repair:
-    """What may be done to a log that is no signals table as it stands.
-
-    `drop_invalid` leaves out rows that hold no number or stand still or back in time, and keeps the longest stretch of
-    constant rate. `resample` puts the rows on a grid of the median period, or of `rate_hz`, which asks for a grid by
-    itself. With both, invalid rows go first and the gaps are filled.
-    """
-
-    resample: bool = False
-    drop_invalid: bool = False
-    rate_hz: float | None = None
-
-    @property
-    def to_grid(self) -> bool:
-        """Whether rows are put on a grid."""
-        return self.resample or self.rate_hz is not None
-
-    @property
-    def period_s(self) -> float | None:
-        """Period of that grid; None for the data's own. Raises BadInputError when the rate is none."""
-        if self.rate_hz is None:
-            return None
-        if not 0.0 < self.rate_hz < float("inf"):
-            raise BadInputError(f"--rate {self.rate_hz:g}", "is no rate", "rows a second, above zero")
-        return 1.0 / self.rate_hz
 
 
 @dataclass(frozen=True)
@@ -80,21 +59,10 @@ def checked_table(raw: RawColumns, named: AxisNames, repair: Repair) -> SignalsT
     """The table in a file; raises BadInputError that names file, row and column, and the repairs that would do."""
     try:
         return _table(raw, named, repair)[0]
-    except _RepairableError as refused:
+    except RepairableError as refused:
         remedies = _remedies(raw, named, repair, refused.trials)
         expected = f"{refused.expected}; {remedies}" if remedies else refused.expected
         raise BadInputError(refused.where, refused.problem, expected) from None
-
-
-class _RepairableError(BadInputError):
-    """Refused as it stands; `trials` are repairs that may do."""
-
-    def __init__(self, where: str, problem: str, expected: str, trials: tuple[Repair, ...] | None = None) -> None:
-        super().__init__(where, problem, expected)
-        self.trials = _BOTH if trials is None else trials
-
-
-_BOTH = (Repair(resample=True), Repair(drop_invalid=True))
 
 
 def _remedies(raw: RawColumns, named: AxisNames, repair: Repair, trials: Sequence[Repair]) -> str:
@@ -126,15 +94,16 @@ def _table(raw: RawColumns, named: AxisNames, repair: Repair) -> tuple[SignalsTa
         raw = _turned_round(raw, notes)
     rows = _valid_rows(raw, names, resample, drop_invalid, notes)
     raw = with_counted_times(raw, rows, resample or drop_invalid, repair.period_s, notes)
-    rows = _forward_rows(raw, rows, resample or drop_invalid, notes)
-    _require_rows(raw, len(rows))
+    rows = forward_rows(raw, rows, resample or drop_invalid, notes)
+    require_rows(raw, len(rows))
     if named.rotary:
         raw = _turned_on(raw, rows, axes, notes)
     if resample:
+        rows = unparted_rows(raw, rows, notes)
         time_s, columns, laps = resample_rows(raw, rows, names, notes, repair.period_s)
     else:
-        rows = _steady_rows(raw, rows, drop_invalid, notes)
-        time_s = raw.values[TIME][rows]
+        rows = steady_rows(raw, rows, drop_invalid, notes)
+        time_s = evened(raw.values[TIME][rows])
         columns = {name: raw.values[name][rows] for name in names if name not in (TIME, REPEAT)}
         laps = raw.values[REPEAT][rows] if REPEAT in names else None
     for name in BASE_ANGLES:
@@ -277,7 +246,7 @@ def _valid_rows(
 ) -> NDArray[np.int64]:
     for line in raw.odd[:1]:
         if not (resample or drop_invalid):
-            raise _RepairableError(
+            raise RepairableError(
                 f"{raw.path}: line {line.line}",
                 f"has {line.cells} cells where the header has {line.wanted}: {line.text!r}",
                 "one cell a column",
@@ -295,7 +264,7 @@ def _valid_rows(
     column = next(name for name in names if invalid[name][row])
     _require_understood(raw, names)
     if not (resample or drop_invalid):
-        raise _RepairableError(
+        raise RepairableError(
             raw.where(row, column),
             _what(raw, row, column),
             f"a finite number; rows without one: {np.count_nonzero(bad)}",
@@ -330,88 +299,3 @@ def _what(raw: RawColumns, row: int, column: str) -> str:
         return f"holds {text!r}"
     value = raw.values[column][row]
     return "is empty or not a number" if np.isnan(value) else f"is {value:g}, no whole number"
-
-
-def _forward_rows(raw: RawColumns, rows: NDArray[np.int64], repair: bool, notes: list[str]) -> NDArray[np.int64]:
-    """Rows whose time is later than all before; where the clock starts again, those of its longest part."""
-    _require_rows(raw, len(rows))
-    time_s = raw.values[TIME][rows]
-    latest = np.maximum.accumulate(time_s)
-    forward = np.concatenate(([True], time_s[1:] > latest[:-1]))
-    if forward.all():
-        return rows
-    at = int(np.argmin(forward))
-    problem = (
-        "is the same as in the row before" if time_s[at] == time_s[at - 1] else "is not later than in the rows before"
-    )
-    where = raw.where(int(rows[at]), TIME)
-    count = np.count_nonzero(~forward)
-    if not repair:
-        raise _RepairableError(where, f"{problem} ({time_s[at]:.9g} s)", f"increasing times ({count} rows are not)")
-    kept, cuts = _without_strays(time_s)
-    if len(kept) < len(rows):
-        notes.append(f"{len(rows) - len(kept)} rows were left out because their time {problem}, the first at {where}")
-    if not len(cuts):
-        return rows[kept]
-    edges = np.concatenate(([0], cuts, [len(kept)]))
-    longest = int(np.argmax(np.diff(edges)))
-    part = rows[kept[edges[longest] : edges[longest + 1]]]
-    notes.append(
-        f"the clock starts again ({len(cuts)} in all), first at {raw.where(int(rows[kept[cuts[0]]]), TIME)}: of its "
-        f"parts the longest was kept, {len(part)} of {len(rows)} rows from {raw.where(int(part[0]), TIME)} on"
-    )
-    return part
-
-
-def _without_strays(time_s: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Places without repeated times and without single ones that are out of order; where among them the clock falls
-    back and goes on from there.
-    """
-    kept = np.flatnonzero(np.concatenate(([True], np.diff(time_s) != 0.0)))
-    at = time_s[kept]
-    stray = np.zeros(len(kept), dtype=np.bool_)
-    for k in np.flatnonzero(np.diff(at) < 0.0) + 1:
-        if k + 1 == len(at) or at[k + 1] > at[k - 1]:
-            stray[k] = True
-        elif k == 1 or at[k] > at[k - 2]:
-            stray[k - 1] = True
-    kept = kept[~stray]
-    return kept, np.flatnonzero(np.diff(time_s[kept]) <= 0.0) + 1
-
-
-def _steady_rows(raw: RawColumns, rows: NDArray[np.int64], cut: bool, notes: list[str]) -> NDArray[np.int64]:
-    """Rows of constant rate: all of them, or the longest stretch of them when `cut`."""
-    _require_rows(raw, len(rows))
-    time_s = raw.values[TIME][rows]
-    steps = np.diff(time_s)
-    period = float(np.median(steps))
-    unsteady = np.abs(steps - period) > JITTER_LIMIT * period
-    if not unsteady.any():
-        return rows
-    at = int(np.argmax(unsteady))
-    problem = f"comes {steps[at] / period:.4g} periods of {period:.6g} s after the row before"
-    word = "a gap" if steps[at] > GAP_PERIODS * period else "jitter over 5 % of the period"
-    gaps = np.count_nonzero(steps > GAP_PERIODS * period)
-    summary = f"{gaps} gaps and {np.count_nonzero(unsteady) - gaps} jittering steps"
-    where = raw.where(int(rows[at + 1]), TIME)
-    if not cut:
-        raise _RepairableError(where, f"{problem}: {word}", f"a constant rate ({summary} in the file)")
-    edges = np.concatenate(([0], np.flatnonzero(unsteady) + 1, [len(rows)]))
-    longest = int(np.argmax(np.diff(edges)))
-    start, stop = int(edges[longest]), int(edges[longest + 1])
-    if stop - start < FEWEST_ROWS:
-        raise _RepairableError(
-            where,
-            f"{problem}: {word}, and no stretch of constant rate has {FEWEST_ROWS} rows",
-            "a constant rate",
-            (Repair(resample=True),),
-        )
-    notes.append(
-        f"{summary}: kept the longest stretch of constant rate, {stop - start} of {len(raw.values[TIME])} rows"
-    )
-    return rows[start:stop]
-
-
-def _require_rows(raw: RawColumns, count: int) -> None:
-    if count < FEWEST_ROWS:
-        raise BadInputError(str(raw.path), f"has {count} usable rows", f"at least {FEWEST_ROWS}")

@@ -14,7 +14,8 @@ from firmware_protocol.errors import BadInputError, DamagedRunError
 from gimbal_hil.data.runs import RecordedRun, damage_of, is_run_folder, open_run
 from gimbal_hil.data.signals.column_map import ColumnMap
 from gimbal_hil.data.signals.container_file import read_container
-from gimbal_hil.data.signals.form import AxisNames, Repair, checked_table
+from gimbal_hil.data.signals.form import AxisNames, checked_table
+from gimbal_hil.data.signals.kept_rows import Repair
 from gimbal_hil.data.signals.refreshed import on_refreshed_rows
 from gimbal_hil.data.signals.resampling import on_grid
 from gimbal_hil.data.signals.run_signals import run_columns

@@ -16,8 +16,15 @@ from gimbal_hil.data.tables import RawColumns
 GAP_PERIODS = 1.5
 #: a grid that is more times finer than the data holds almost nothing that was measured
 _FINEST = 10.0
+#: a step so long is no late row, but one that is missing
+_MISSING_PERIODS = 1.75
+#: up to so many rows in a row that are missing are bridged; a longer gap parts the log
+LONGEST_BRIDGED = 20
+#: of the steps of time all but this share are no gaps, in a log whose rows come in bursts too
+_ALMOST_ALL = 0.99
 #: references are levels that a loop was told: the one in force is taken, since a mean of two levels was never asked for
 _LEVELS = ("position_ref", "rate_ref")
+_TORQUES = ("torque", "current")
 
 Floats = NDArray[np.float64]
 
@@ -29,11 +36,12 @@ def resample_rows(
     columns share.
 
     Commanded torque holds from one sample to the next, so a grid value is its mean over the period (the impulse is
-    kept); of a reference it is the level in force. Sampled values are interpolated by monotone cubics (PCHIP): a
-    position that stands on one count stays on it and none leaves the range of its neighbours, while a smooth motion is
-    followed to third order. A lap number is that of the nearest sample. Cells without a number are bridged column by
-    column. Raises BadInputError when nothing is left, or for a grid far finer than the data. The times of `rows` must
-    increase.
+    kept); over rows that are missing it goes straight from the last to the next. Of a reference it is the level in
+    force. Sampled values are interpolated by monotone cubics (PCHIP): a position that stands on one count stays on it
+    and none leaves the range of its neighbours, while a smooth motion is followed to third order. A lap number is that
+    of the nearest sample. Cells without a number are bridged column by column.
+
+    Raises BadInputError when nothing is left, or for a grid far finer than the data. The times of `rows` must increase.
     """
     own = float(np.median(np.diff(raw.values[TIME][rows])))
     period = period_s or own
@@ -70,9 +78,11 @@ def resample_rows(
         if name == REPEAT:
             laps = np.round(values[np.searchsorted((at[1:] + at[:-1]) / 2, grid)])
         else:
-            columns[name] = _on_grid(
-                name.rpartition(".")[2], at, np.unwrap(values) if name in BASE_ANGLES else values, grid, period
-            )
+            signal = name.rpartition(".")[2]
+            if signal in _TORQUES:
+                at, values = _with_missing_rows(at, values, own)
+            values = np.unwrap(values) if name in BASE_ANGLES else values
+            columns[name] = _on_grid(signal, at, values, grid, period)
     before = np.searchsorted(time_s, grid + 1e-6 * own, side="right") - 1
     after = np.minimum(before + 1, len(time_s) - 1)
     made_up = np.count_nonzero(
@@ -81,6 +91,27 @@ def resample_rows(
     bridged = f", {made_up} of them bridge gaps and were not measured" if made_up else ""
     notes.append(f"resampled to {count} rows at {period:.9g} s{bridged}")
     return grid, columns, laps
+
+
+def parted_rows(time_s: Floats) -> NDArray[np.int64]:
+    """Places in increasing times (n,) where a part begins after a gap that is too long to be bridged."""
+    steps = np.diff(time_s)
+    usual = max(float(np.median(steps)), float(np.mean(steps[steps <= np.quantile(steps, _ALMOST_ALL)])))
+    return np.flatnonzero(steps > (LONGEST_BRIDGED + GAP_PERIODS) * usual) + 1
+
+
+def _with_missing_rows(at: Floats, values: Floats, period: float) -> tuple[Floats, Floats]:
+    """Times and torques with those of the rows that are missing, straight between their neighbours: the last torque
+    before a gap was not in force all over it.
+    """
+    steps = np.diff(at) / period
+    missing = np.where(steps > _MISSING_PERIODS, np.round(steps) - 1.0, 0.0).astype(np.int64)
+    if not missing.any():
+        return at, values
+    before = np.flatnonzero(missing)
+    added = [np.linspace(at[k], at[k + 1], missing[k] + 2)[1:-1] for k in before]
+    times = np.sort(np.concatenate([at, *added]))
+    return times, np.interp(times, at, values)
 
 
 def on_grid(table: SignalsTable, period_s: float) -> SignalsTable:

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 TIME = "time_s"
 REPEAT = "repeat"
+#: share of the period by which the times of an even table may scatter
+JITTER_LIMIT = 0.05
 #: what an axis may carry, as in `outer.torque`
 REQUIRED_SIGNALS = ("torque", "position")
 OPTIONAL_SIGNALS = (

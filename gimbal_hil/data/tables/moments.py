@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from gimbal_hil.data.tables.raw import EMPTY_WORDS, Floats
 
-_CLOCK = r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2}(?:[.,]\d+)?))?(?:\s*(?P<half>[AaPp])\.?\s?[Mm]\.?)?"
+_CLOCK = r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2}(?:[.,:]\d+)?))?(?:\s*(?P<half>[AaPp])\.?\s?[Mm]\.?)?"
 _ZONE = r"\s*(?:Z|UTC|[+-]\d{2}:?\d{2})?"
 _YEAR_FIRST = re.compile(rf"(?P<y>\d{{4}})[-/.](?P<mo>\d{{1,2}})[-/.](?P<d>\d{{1,2}})(?:[T ]\s*{_CLOCK})?{_ZONE}")
 _YEAR_LAST = re.compile(rf"(?P<d>\d{{1,2}})[./](?P<mo>\d{{1,2}})[./](?P<y>\d{{4}})(?:[T ,]\s*{_CLOCK})?{_ZONE}")
@@ -32,8 +32,8 @@ def seconds_of(cells: Sequence[str | None]) -> Floats | None:
     form = next((one for one in (_YEAR_FIRST, _YEAR_LAST, _SPAN, _IN_AN_HOUR) if one.fullmatch(first.strip())), None)
     if form is None:
         return None
-    day_of_first: np.datetime64 | None = None
     found = np.full(len(cells), np.nan)
+    dates: dict[int, tuple[str, str, str]] = {}
     for row, cell in enumerate(cells):
         if cell is None or _is_empty(cell):
             continue
@@ -44,17 +44,20 @@ def seconds_of(cells: Sequence[str | None]) -> Floats | None:
         hour = _hour(part)
         if hour is None:
             return None
-        seconds = _HOUR_S * hour + 60.0 * int(part["m"] or 0) + float((part["s"] or "0").replace(",", "."))
+        seconds = (
+            _HOUR_S * hour + 60.0 * int(part["m"] or 0) + float((part["s"] or "0").replace(",", ".").replace(":", "."))
+        )
         if form in (_YEAR_FIRST, _YEAR_LAST):
-            day = _day(part)
-            if day is None:
-                return None
-            day_of_first = day if day_of_first is None else day_of_first
-            seconds += _DAY_S * float((day - day_of_first) / np.timedelta64(1, "D"))
+            dates[row] = (str(part["y"]), str(part["mo"]), str(part["d"]))
         elif part.get("days"):
             seconds += _DAY_S * int(part["days"])
         found[row] = seconds
-    if "day" not in first:
+    if dates:
+        days = _days(dates)
+        if days is None:
+            return None
+        found[list(days)] += _DAY_S * np.fromiter(days.values(), np.float64)
+    elif "day" not in first:
         good = np.isfinite(found)
         found[good] += _gone_on(found[good])
     return found - found[np.isfinite(found)][0]
@@ -87,14 +90,25 @@ def seconds_of_array(values: np.ndarray) -> Floats:
     return np.where(empty, np.nan, (counts - first) * 1e-9)
 
 
-def _day(part: dict[str, str]) -> np.datetime64 | None:
-    """The day; where months and days stand in the order of the other side of the ocean, the one that there is."""
-    for month, day in ((part["mo"], part["d"]), (part["d"], part["mo"])):
+def _days(dates: Mapping[int, tuple[str, str, str]]) -> dict[int, float] | None:
+    """Days since the first one by row, of year, month and day as they are written; None where no order of them has such
+    days. Months and days stand in the order of either side of the ocean, the same in all rows: where both make sense,
+    the one in which the rows lie closer together.
+    """
+    best: dict[tuple[str, str, str], float] = {}
+    for order in ((0, 1, 2), (0, 2, 1)):
         try:
-            return np.datetime64(f"{part['y']}-{int(month):02d}-{int(day):02d}", "D")
+            known = {date: _day(*(int(date[k]) for k in order)) for date in set(dates.values())}
         except ValueError:
             continue
-    return None
+        if not best or np.ptp(list(known.values())) < np.ptp(list(best.values())):
+            best = known
+    return {row: best[date] - min(best.values()) for row, date in dates.items()} if best else None
+
+
+def _day(year: int, month: int, day: int) -> float:
+    """Days since 1970; ValueError for a day that there is not."""
+    return float(np.datetime64(f"{year:04d}-{month:02d}-{day:02d}", "D").astype(np.int64))
 
 
 def _is_empty(cell: str | None) -> bool:

@@ -152,7 +152,7 @@ def fit_rigid_axis(
         own = fits[0]
         problems += [(problem, rate) for problem in parts.problems]
         fits += [fit_at(problem, own.shift_s, own.lag_s, 1 + (own.lag_s > 0.0)) for problem in parts.problems]
-    shifted = [_replicates(fit, seed) for fit in fits]
+    shifted = [_replicates(fit, seed) for fit in (*fits, *_perhaps_lagged(problems[0][0], fits[0]))]
     timing = _timing(shifted, step, rule.time_stated)
     plain = problems[0][0]
     fit = (
@@ -273,6 +273,16 @@ def _shifted(problems: list[ShiftedProblem]) -> list[ShiftedFit]:
             return alone
         lagged.append(one)
     return lagged[::-1]
+
+
+def _perhaps_lagged(problem: ShiftedProblem, late: ShiftedFit) -> tuple[ShiftedFit, ...]:
+    """The fit of a late torque in which a lag makes it late, where it leaves no more: a torque that is refreshed
+    slowly, or comes through a fast low-pass, is late and a little too small as well.
+    """
+    if late.lag_s > 0.0 or late.shift_s <= 0.0:
+        return ()
+    lagged = fit_shifted(problem, True, late.shift_s)
+    return (lagged,) if lagged.lag_s > 0.0 and lagged.cost <= late.cost else ()
 
 
 def _timing(shifted: list[_Replicates], step: float, stated: bool) -> Timing:
