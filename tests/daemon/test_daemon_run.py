@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.runs import open_run
+from gimbal_hil.data.runs import EventKind, open_run
 from gimbal_hil.loop.control.layout import Mode
 from gimbal_hil.loop.host.program import AxisCommand, Segment, program_of
 from gimbal_hil.loop.host.states import Shape
@@ -48,6 +48,11 @@ def test_a_lockstep_run_ends_by_itself_and_replays_bit_for_bit(tmp_path: Path) -
     )
     record = open_run(run).record
     assert record.end is not None and record.end.reason == "the duration is over"
+    # that is a quick stop that somebody asked for, and no fault
+    assert [event.text for event in open_run(run).events if "quick stop" in event.text] == [
+        "idle to quick stop (operator)"
+    ]
+    assert not [event for event in open_run(run).events if event.kind is EventKind.FAULT]
     assert run_command("replay", [str(run), "--json"]) == 0
 
 

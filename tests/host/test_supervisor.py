@@ -175,7 +175,7 @@ def test_after_a_quick_stop_in_lost_feedback_only_a_reset_leads_back() -> None:
     kind = loop.host.memory.G[layout.STOP_KIND]
     loop.host.quick_stop()
     loop.run(5)
-    assert "fault to fault (operator)" in loop.texts()
+    assert "fault to quick stop (operator)" in loop.texts()
     assert loop.host.memory.G[layout.STOP_KIND] == kind
     loop.antenna = FakeAntenna()
     loop.run(500)

@@ -52,4 +52,10 @@ def test_terminal_and_page_write_an_interval_alike() -> None:
     )
     line = next(line for line in _lines([result]) if "coulomb" in line)
     assert "(0.1 to (0.5))" in line
+    # where nothing was found there is no interval, not brackets in brackets
+    nothing = SimpleNamespace(
+        axis="outer", estimates=(withheld("coulomb", "N m", None, "why", "what"),), findings=(), correlations=NONE
+    )
+    line = next(line for line in _lines([cast(AxisIdentification, nothing)]) if "coulomb" in line)
+    assert line.split() == ["coulomb", "–", "N", "m", "not", "identified"]
     assert _estimate_table(shipped_model(), result).rows[0][2:4] == ["0.1", "(0.5)"]

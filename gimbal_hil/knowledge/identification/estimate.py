@@ -100,6 +100,11 @@ class Estimate:
         return f"({low})" if self.interval.open_low else low, f"({high})" if self.interval.open_high else high
 
     @property
+    def fitted_ends(self) -> bool:
+        """Whether the data set at least one end of the interval."""
+        return not (self.interval.open_low and self.interval.open_high)
+
+    @property
     def interval_text(self) -> str:
         """The interval as one text."""
         return " to ".join(self.end_texts)

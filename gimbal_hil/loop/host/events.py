@@ -42,7 +42,10 @@ def host_event(axes: Sequence[str], tick: int, code: int, first: int, second: in
     if kind is EventCode.STATE:
         was, now, cause = _name(HostState, first), _name(HostState, second), _name(HostCause, third)
         because = "" if third == HostCause.NONE else f" ({cause})"
-        return HostEvent(tick, kind, f"{was} to {now}{because}", {"from": was, "to": now, "cause": cause})
+        # the state in which the drive stops by itself is the same for both
+        asked = second == HostState.FAULT and third == HostCause.OPERATOR
+        text = f"{was} to {'quick stop' if asked else now}{because}"
+        return HostEvent(tick, kind, text, {"from": was, "to": now, "cause": cause})
     if kind is EventCode.SEGMENT_STARTED:
         return HostEvent(tick, kind, f"segment {second} started", {"place": first, "segment": second})
     if kind is EventCode.SEGMENT_ENDED:

@@ -22,6 +22,7 @@ from gimbal_hil.loop.host import (
     FirstTest,
     FirstTestState,
     Host,
+    HostCause,
     HostEvent,
     HostState,
     LinkStatus,
@@ -61,6 +62,7 @@ _EVENT_KIND = {
     EventCode.FRICTION_LEVELS: "note",
     EventCode.POINTING: "state",
 }
+_OPERATOR = word_of(HostCause.OPERATOR)
 #: both ends call it the same: the host's state and the drive's
 _FAULTS = (word_of(HostState.FAULT), word_of(DriveState.FAULT))
 #: how often the service process is asked whether it lives
@@ -393,4 +395,6 @@ class ControlLoop:
 
 
 def _kind(event: HostEvent) -> str:
-    return "fault" if event.data.get("to") in _FAULTS else _EVENT_KIND[event.code]
+    # an operator's quick stop, as of a duration that is over, is none
+    asked = event.data.get("cause") == _OPERATOR
+    return "fault" if event.data.get("to") in _FAULTS and not asked else _EVENT_KIND[event.code]

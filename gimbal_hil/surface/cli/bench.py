@@ -119,9 +119,9 @@ def _answer(what: str, measured: BenchFindings, page: Path | None, as_json: bool
     import json
     import sys
 
-    from gimbal_hil.surface.cli.following import print_next
+    from gimbal_hil.surface.cli.following import command_line, print_next
 
-    words, text, figures, blocks, costs = measured
+    words, text, figures, blocks, costs, config = measured
     print(json.dumps(figures) if as_json else text, flush=True)
     # what the search costs has no target: it is a table of costs
     all_right = what == "search" or not any(figure["problem"] for figure in figures)
@@ -133,7 +133,7 @@ def _answer(what: str, measured: BenchFindings, page: Path | None, as_json: bool
             print(f"SLOWER {line}", file=sys.stderr, flush=True)
         bench_page([*slower_blocks(slower), *blocks], f"gimbal-hil bench {words}").write(page)
     if not as_json:
-        print_next("gimbal-hil doctor")
+        print_next(command_line("doctor", config=config))
     return 0 if all_right else 1
 
 

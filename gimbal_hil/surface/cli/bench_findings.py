@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
@@ -19,3 +20,5 @@ class BenchFindings(NamedTuple):
     figures: Any
     blocks: list[Block]
     costs: Mapping[str, float] = {}
+    #: configuration that is looked at next; None without one
+    config: Path | None = None

@@ -60,4 +60,6 @@ def pointing(choice: ArenaChoice) -> BenchFindings:
         )
     # only the thesis' gains may trip: they are here to be compared with
     figures = [row | {"problem": row["tripped"] if row["controller"] != "thesis" else ""} for row in found.rows()]
-    return BenchFindings(choice.words(), arena_text(found), figures, arena_blocks(found))
+    # of the files that were compared the last, which `tune` names last too
+    config = next((Path(name) for name in reversed(choice.controllers) if Path(name).is_file()), None)
+    return BenchFindings(choice.words(), arena_text(found), figures, arena_blocks(found), config=config)

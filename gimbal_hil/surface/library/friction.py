@@ -45,7 +45,14 @@ class Friction:
     def __str__(self) -> str:
         """A table for people: axis, parameter, value, 95 % interval, unit, how far the data determine it."""
         rows = [
-            (r.axis, e.name, e.value_text, f"({e.interval_text})", e.unit, e.verdict.value.replace("_", " "))
+            (
+                r.axis,
+                e.name,
+                e.value_text,
+                f"({e.interval_text})" if e.fitted_ends else "-",
+                e.unit,
+                e.verdict.value.replace("_", " "),
+            )
             for r in self.axes
             for e in r.estimates
         ]
