@@ -101,6 +101,13 @@ def test_an_open_verdict_proposes_the_planned_run_or_one_that_dwells_where_the_g
     assert following.after_discrepancy(verdict, None, 2, Path("v")).startswith(f"gimbal-hil experiment {expected} ")
 
 
+def test_numbers_that_nobody_measured_are_measured_where_they_keep_logs_from_judging() -> None:
+    line = following.after_discrepancy(OPEN | {"verdict": "cannot_judge"}, "m.yaml", 2, Path("v"), unmeasured=True)
+    assert line == "gimbal-hil experiment sliding --model m.yaml --out sliding"
+    measured = following.after_discrepancy(OPEN | {"verdict": "cannot_judge"}, "m.yaml", 2, Path("v"))
+    assert measured.startswith("gimbal-hil experiment step ")
+
+
 def test_an_ambiguous_verdict_proposes_the_motion_that_was_made_for_it(tmp_path: Path) -> None:
     made, ambiguous = tmp_path / "settle.yaml", OPEN | {"verdict": "ambiguous"}
     assert "settle" not in following.after_discrepancy(ambiguous, None, 2, tmp_path / "v", (), made)

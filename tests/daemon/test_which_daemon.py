@@ -36,7 +36,7 @@ def test_a_stop_goes_to_the_daemon_that_listens_and_not_to_a_newer_door_that_is_
     finally:
         for one in listening:
             one.close()
-    with pytest.raises(BadInputError, match="no daemon records below"):
+    with pytest.raises(BadInputError, match="no running daemon has its folder below"):
         daemon_run(None)
     for name, door in doors.items():
         door.remove(Path("runs") / name)

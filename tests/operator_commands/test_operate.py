@@ -158,7 +158,7 @@ def test_without_a_run_the_newest_daemon_below_runs_is_meant(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     code, _, err = ask(capsys, "stop")
-    assert code == 2 and "no daemon records below ./runs" in err and not daemon.asked
+    assert code == 2 and "no running daemon has its folder below ./runs" in err and not daemon.asked
     with contextlib.ExitStack() as listening:
         for name, seconds, alive in (("old", 1000, True), ("new", 2000, True), ("killed", 3000, False)):
             run = tmp_path / "runs" / name

@@ -38,6 +38,11 @@ def test_what_is_said_is_the_number_to_three_digits(value: float, unit: str) -> 
     assert found and float(found[1]) * SIZES[found[2]] == pytest.approx(value, rel=6e-3)
 
 
+def test_a_large_number_has_no_exponent() -> None:
+    assert quantity(1256.637, "rad/s") == "1257 rad/s" and quantity(-43210.4, "N m/rad") == "-43210 N m/rad"
+    assert quantity(999.6, "1") == "1000" and quantity(999.4, "1") == "999"
+
+
 def test_a_cause_is_told_by_where_how_large_and_how_sure_and_not_by_its_phase() -> None:
     def number(value: float, unit: str, nominal: float | None = None) -> dict[str, object]:
         return {"value": value, "low": value, "high": value, "unit": unit, "nominal": nominal}

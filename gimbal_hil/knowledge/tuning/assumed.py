@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from gimbal_hil.pages.report import quantity
 from sim_backend.model import NUMBER_AT, AntennaModel
 
 _WORD = "assumed"
@@ -36,7 +37,7 @@ class AssumedNumber:
     @property
     def text(self) -> str:
         """For people."""
-        return f"{self.axis} {self.name} {self.value:.4g} {self.unit}".rstrip(" 1")
+        return f"{self.axis} {self.name} {quantity(self.value, self.unit)}"
 
 
 def assumed_numbers(model: AntennaModel) -> tuple[AssumedNumber, ...]:

@@ -14,6 +14,11 @@ def counted(count: int, one: str, many: str = "") -> str:
     return f"{count} {one if count == 1 else many or f'{one}s'}"
 
 
+def _three(value: float) -> str:
+    """Three digits, or all before the point where there are more: no exponent below ten millions."""
+    return f"{value:.0f}" if 999.5 <= abs(value) < 1e7 else f"{value:.3g}"
+
+
 def _before_per(unit: str) -> str:
     """`rad` of rad/s, `N m` of N m s/rad: what a prefix goes before."""
     return unit if unit in _PREFIXED else unit.split("/")[0].split(" s")[0]
@@ -32,12 +37,12 @@ def quantity(value: float, unit: str) -> str:
     if not math.isfinite(value):
         return "-" if math.isnan(value) else "without bound"
     if unit == "1":
-        return f"{value:.3g}"
+        return _three(value)
     if unit.startswith("1/"):
-        return f"{value:.3g} per {unit[2:]}"
+        return f"{_three(value)} per {unit[2:]}"
     size = abs(value)
     if _before_per(unit) not in _PREFIXED or size == 0.0 or size >= 0.1:
-        return f"{value:.3g} {unit}".rstrip()
+        return f"{_three(value)} {unit}".rstrip()
     power = max(-9, 3 * math.floor(math.log10(size) / 3.0))
     if float(f"{size / 10.0**power:.3g}") >= 1000.0:
         power += 3

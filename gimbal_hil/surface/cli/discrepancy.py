@@ -191,20 +191,38 @@ def _told(
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO
+    from gimbal_hil.knowledge.discrepancy import Kind
+    from gimbal_hil.knowledge.tuning import assumed_numbers
     from gimbal_hil.surface.cli.following import after_discrepancy, print_next
 
     verdict = finding.verdict.document
     print(json.dumps(verdict, allow_nan=False) if as_json else verdict_summary(verdict, asked.out))
-    if settling and not as_json:
-        print(settling)
     if not as_json:
-        axes, made = len(finding.result.model.axes), asked.out / SETTLE_FILE
-        print_next(after_discrepancy(verdict, asked.model, axes, asked.out, asked.logs, made))
+        if settling:
+            print(settling)
+        model, made = finding.result.model, asked.out / SETTLE_FILE
+        assumed = len(assumed_numbers(model)) if finding.kind is Kind.CANNOT_JUDGE else 0
+        if assumed:
+            print(f"  why: {assumed_words(assumed)}")
+        print_next(
+            after_discrepancy(
+                verdict, asked.model, len(model.axes), asked.out, asked.logs, made, unmeasured=assumed > 0
+            )
+        )
     # where no name fits is unexplained to whoever asked before laws were told
     failed = bool({finding.kind.value, *_ALSO.get(finding.kind.value, ())} & fails)
     if junit is not None:
         _write_junit(junit, f"{finding.kind.value}: {finding.verdict.text}", failed)
     return EXIT_NO if failed else EXIT_DONE
+
+
+def assumed_words(count: int) -> str:
+    """Why logs cannot judge a model of which nobody measured so many numbers, and what to do."""
+    counted = "one number of the model is" if count == 1 else f"{count} numbers of the model are"
+    return (
+        f"{counted} assumed, which counts as known to 50 %, and an error within that is no gap. Measure friction "
+        "(experiment sliding, then identify), and write beside what you know better how well (uncertainty: 5%)."
+    )
 
 
 def _verdicts(text: str) -> frozenset[str]:

@@ -228,9 +228,11 @@ def after_discrepancy(
     out: Path,
     logs: Sequence[Path] = (),
     made: Path | None = None,
+    unmeasured: bool = False,
 ) -> str:
-    """The run that decides what is open, `made` for it where that is there, else a step with the model as it is now; on
-    a single axis, which no experiment moves, what the catalogue says of the cause.
+    """The run that decides what is open, `made` for it where that is there, else a step with the model as it is now;
+    where nothing can be judged because numbers are not measured, friction; on a single axis, which no experiment
+    moves, what the catalogue says of the cause.
     """
     from gimbal_hil.knowledge.discrepancy import Kind
 
@@ -243,6 +245,8 @@ def after_discrepancy(
     if found in (Kind.AMBIGUOUS, Kind.UNEXPLAINED):
         name = _deciding(verdict)
         return _experiment(name, origin_of(logs), model, out.parent / name)
+    if found is Kind.CANNOT_JUDGE and unmeasured:
+        return _experiment("sliding", origin_of(logs), model, out.parent / "sliding")
     use = out / "model.yaml" if found in (Kind.NAMED, Kind.DESCRIBED) else model
     return _experiment("step", origin_of(logs), use, out.parent / "step_with_model")
 

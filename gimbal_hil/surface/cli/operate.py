@@ -130,7 +130,9 @@ def daemon_run(run: Path | None) -> Path:
     # a daemon that was killed leaves its door behind
     alive = next((door.parent for door in doors if Door.is_open(door.parent)), None)
     if alive is None:
-        raise BadInputError("--run", "no daemon records below ./runs", "the run folder of a running daemon")
+        raise BadInputError(
+            "--run", "no running daemon has its folder below ./runs", "the run folder of one, or gimbal-hil daemon"
+        )
     return alive
 
 

@@ -190,4 +190,5 @@ def _say(text: str) -> None:
     """What stands in a run is text of somebody else."""
     from firmware_protocol.errors import shown
 
-    print(shown(text))
+    if text:
+        print(shown(text))
