@@ -16,6 +16,8 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.preflight.impossible import MOST_REPAIRED, ColumnFault, Floats, Impossible
 from gimbal_hil.data.preflight.position_rows import impossible_positions
 from gimbal_hil.data.preflight.rate_rows import impossible_rates
+from gimbal_hil.data.preflight.slow_rows import require_fast_rows
+from gimbal_hil.data.preflight.stating import stated_wrap
 from gimbal_hil.data.preflight.torque_rows import impossible_torques
 from gimbal_hil.data.signals import SignalsTable
 from sim_backend.model import AntennaModel
@@ -62,6 +64,7 @@ def impossible_rows(model: AntennaModel, table: SignalsTable) -> list[Impossible
 
 
 def _questioned(model: AntennaModel, table: SignalsTable, repair: bool) -> SignalsTable:
+    require_fast_rows(table)
     found = impossible_rows(model, table)
     if not found:
         return table
@@ -69,8 +72,8 @@ def _questioned(model: AntennaModel, table: SignalsTable, repair: bool) -> Signa
     rows = sum(len(one.rows) for one in spikes)
     if not repair or len(spikes) < len(found) or rows > MOST_REPAIRED * len(table):
         first = next((one for one in found if not one.can_be_made_up), found[0])
-        raise BadInputError(_place(table, first), _said(table, first), _remedy(first, rows, len(table)))
-    columns, notes = dict(table.columns), list(table.notes)
+        raise BadInputError(_place(table, first), _said(table, first), _remedy(model, table, first, rows))
+    columns, notes = {one.column: table.columns[one.column] for one in spikes}, []
     for one in spikes:
         columns[one.column] = _made_up(columns[one.column], one.rows)
         notes.append(
@@ -78,7 +81,7 @@ def _questioned(model: AntennaModel, table: SignalsTable, repair: bool) -> Signa
             + ", ".join(_where(table, row) for row in one.rows[:_LISTED])
             + (" ..." if len(one.rows) > _LISTED else "")
         )
-    return SignalsTable.of(table.axes, table.time_s, columns, table.repeat, table.source, notes)
+    return table.but(columns, notes)
 
 
 def _made_up(values: Floats, rows: Sequence[int]) -> Floats:
@@ -93,7 +96,10 @@ def _where(table: SignalsTable, row: int) -> str:
 
 
 def _place(table: SignalsTable, one: Impossible) -> str:
-    return f"{table.source or 'log'}: {one.column}, {_where(table, one.rows[0])}"
+    row, origin = one.rows[0], table.origins.get(one.column)
+    column = "" if origin is None or origin.name == one.column else f", column {origin.name}"
+    line = "" if table.lines is None else f" line {table.lines[row]}{column}:"
+    return f"{table.source or 'log'}:{line} {one.column}, {_where(table, row)}"
 
 
 def _said(table: SignalsTable, one: Impossible) -> str:
@@ -104,12 +110,15 @@ def _said(table: SignalsTable, one: Impossible) -> str:
     return f"reads {value:.6g}, {one.what}{more}"
 
 
-def _remedy(one: Impossible, rows: int, of: int) -> str:
+def _remedy(model: AntennaModel, table: SignalsTable, one: Impossible, rows: int) -> str:
     if one.fault is ColumnFault.STILL:
         return "a column that is refreshed, within its range, and a joint that is at no stop; else the log cut there"
     if not one.can_be_made_up:
+        stated = stated_wrap(model, table, one)
+        if stated:
+            return f"a column that does not begin again: {stated} carries it on"
         return f"a column that does not wrap or restart: {_wrap_of(one)}, or the log cut there"
-    if rows > MOST_REPAIRED * of:
+    if rows > MOST_REPAIRED * len(table):
         return f"at most {MOST_REPAIRED:.0%} of such rows, which --repair makes up from their neighbours"
     return "the log without such rows; --repair makes them up from their neighbours and says so"
 

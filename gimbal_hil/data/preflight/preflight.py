@@ -12,6 +12,8 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.preflight.channels import ChannelEquation, channels_of, in_blocks
 from gimbal_hil.data.preflight.energy import impossible_energy
 from gimbal_hil.data.preflight.readings import OtherReading, in_amperes, other_readings
+from gimbal_hil.data.preflight.slow_rows import require_fast_rows
+from gimbal_hil.data.preflight.stating import stated_unit
 from gimbal_hil.data.signals import SignalsTable
 from sim_backend.model import AntennaModel
 
@@ -26,10 +28,6 @@ _NEARLY = 1.05
 _SUSPECT, _LEFT, _OF_IT = 0.5, 0.4, 0.5
 #: the most that a base is pitched by, rad, and what a table rounds
 _MOST_PITCH = 0.5 * np.pi + 1e-3
-#: slower logs hold nothing of what friction and joints do; a period in milliseconds looks like one
-_LONGEST_PERIOD_S = 0.1
-#: smaller units of time, s
-_SMALLER = ((1e-3, "milliseconds"), (1e-6, "microseconds"), (1e-9, "nanoseconds"))
 
 Misfits = Mapping[str, float]
 
@@ -42,12 +40,7 @@ def preflight(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> None:
     to refuse: what counts is that another reading of the same numbers makes sense where this one makes none.
     """
     for table in tables:
-        if table.period_s > _LONGEST_PERIOD_S:
-            raise BadInputError(
-                f"{table.source or 'log'}: time_s",
-                f"has a period of {table.period_s:.4g}, which is slow for seconds and usual for {_usual_for(table)}",
-                f"seconds, at most {_LONGEST_PERIOD_S:g} a row",
-            )
+        require_fast_rows(table)
     misread = misreading(model, tables)
     if misread is None:
         for table in tables:
@@ -60,15 +53,15 @@ def preflight(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> None:
     raise BadInputError(
         f"{where}: {', '.join(found.columns)}",
         f"{verb} to be {found.what}: only so do they fit what the model asks of this motion",
-        found.remedy,
+        _with_option(found.remedy, which, found.units),
     )
 
 
-def _usual_for(table: SignalsTable) -> str:
-    """In what the times of a log would be that is too slow for seconds."""
-    if table.period_s == 1.0:
-        return f"{_SMALLER[0][1]}, or the numbers of rows (--rate HZ says how many a second)"
-    return next((what for size, what in _SMALLER if size * table.period_s <= _LONGEST_PERIOD_S), _SMALLER[-1][1])
+def _with_option(expected: str, tables: tuple[SignalsTable, ...], units: Mapping[str, str]) -> str:
+    """What is expected, with the option that says so where one does for all these tables."""
+    options = {stated_unit(table, units) for table in tables}
+    option = next(iter(options)) if len(options) == 1 else ""
+    return f"{expected}: {option}" if option else expected
 
 
 def _check_attitude(table: SignalsTable) -> None:

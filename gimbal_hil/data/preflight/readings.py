@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain, combinations
 
 import numpy as np
@@ -33,6 +33,8 @@ class OtherReading:
     remedy: str
     undone: Callable[[SignalsTable], SignalsTable]
     of_rows: bool = False
+    #: what each column would be said to be in, where that would do
+    units: Mapping[str, str] = field(default_factory=dict)
 
 
 def other_readings(
@@ -50,15 +52,18 @@ def other_readings(
         for signals in _some_of(("position", "rate")):
             columns = tuple(f"{axis}.{signal}" for axis in axes for signal in signals)
             if set(columns) <= present and rotary:
-                yield OtherReading(columns, "in degrees", "radians (and rad/s)", _scaled(columns, _RADIANS))
+                undone, units = _scaled(columns, _RADIANS), _units(columns, "deg", "deg/s")
+                yield OtherReading(columns, "in degrees", "radians (and rad/s)", undone, units=units)
             elif set(columns) <= present:
-                yield OtherReading(columns, "in millimetres", "metres (and m/s)", _scaled(columns, 1e-3))
+                undone, units = _scaled(columns, 1e-3), _units(columns, "mm", "mm/s")
+                yield OtherReading(columns, "in millimetres", "metres (and m/s)", undone, units=units)
     for axis in model.axes:
         for signals in (*_some_of(("position", "rate")), ("torque",)):
             columns = tuple(f"{axis}.{signal}" for signal in signals)
             if set(columns) <= present:
                 remedy = "one positive direction for torque, position and rate of an axis"
-                yield OtherReading(columns, "mirrored", remedy, _scaled(columns, -1.0))
+                si = ("-rad", "-rad/s", "-N m") if rotary else ("-m", "-m/s", "-N")
+                yield OtherReading(columns, "mirrored", remedy, _scaled(columns, -1.0), units=_units(columns, *si))
     for axis in model.axes:
         if all(_keeps_its_sign(table.torque(axis)) for table in tables):
             remedy = "a torque that is negative where it acts the other way"
@@ -78,8 +83,9 @@ def other_readings(
     for groups in _some_of((_ANGLES, _RATES)):
         columns = tuple(name for group in groups for name in group if name in present)
         if columns and all(any(name in present for name in group) for group in groups):
-            yield OtherReading(columns, "in degrees", "radians and rad/s", _scaled(columns, _RADIANS))
-    yield OtherReading(("time_s",), "in milliseconds", "seconds", _in_seconds)
+            units = {name: "deg" if name in _ANGLES else "deg/s" for name in columns}
+            yield OtherReading(columns, "in degrees", "radians and rad/s", _scaled(columns, _RADIANS), units=units)
+    yield OtherReading(("time_s",), "in milliseconds", "seconds", _in_seconds, units={"time_s": "ms"})
 
 
 def in_amperes(per_ampere: Mapping[str, float], unit: str) -> OtherReading:
@@ -100,9 +106,13 @@ def _some_of(parts: tuple) -> list[tuple]:
 
 
 def _with(table: SignalsTable, changed: dict) -> SignalsTable:
-    return SignalsTable.of(
-        table.axes, table.time_s, {**table.columns, **changed}, table.repeat, table.source, table.notes
-    )
+    return table.but(changed)
+
+
+def _units(columns: tuple[str, ...], position: str, rate: str, torque: str = "") -> dict[str, str]:
+    """The unit of each of these columns of axes."""
+    by_signal = {"position": position, "rate": rate, "torque": torque}
+    return {name: by_signal[name.rpartition(".")[2]] for name in columns}
 
 
 def _scaled(columns: tuple[str, ...], factor: float) -> Callable[[SignalsTable], SignalsTable]:

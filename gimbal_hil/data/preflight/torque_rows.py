@@ -32,6 +32,8 @@ _STANDS_OUT, _OF_ALL, _BESIDE, _BESIDE_SHARE = 20.0, 0.3, 3.0, 80.0
 _SPEED_ROWS, _LATE_ROWS = 5, 8
 #: what such a torque should do to the speed is seen when this share of it is so many scatters; less was done
 _ANSWERED, _SEEN = 0.25, 4.0
+#: encoder steps that a joint that slides goes to either side of such a torque, and what its neighbours have of it
+_SLIDES, _ALONE = 20.0, 0.3
 
 _UNSIGNED = "as a signed number does that is read without its sign"
 
@@ -96,22 +98,36 @@ def _tops(torque: Floats, most: float) -> tuple[int, ...] | None:
 
 
 def _unanswered(model: AntennaModel, table: SignalsTable, axis: str, torque: Floats) -> NDArray[np.int64]:
-    """Rows whose torque stands out and would have changed the speed so that it shows, and did not."""
-    usual = median_around(torque)
-    off = torque - usual
-    limit = max(_STANDS_OUT * scatter_of(off), _OF_ALL * float(np.quantile(np.abs(torque), _ALMOST_ALL)))
-    rows = np.flatnonzero(np.abs(off) > np.maximum(limit, _BESIDE * _around(np.abs(off))))
+    """Rows whose torque stands out and would have changed the speed so that it shows, each by itself or all of them
+    together, and did not.
+    """
+    off = torque - median_around(torque)
+    least = np.maximum(_STANDS_OUT * scatter_of(off), _BESIDE * _around(np.abs(off)))
     reach = 2 * (_SPEED_ROWS + 1) + _LATE_ROWS
+    rows = np.flatnonzero(np.abs(off) > least)
     rows = rows[(rows > reach) & (rows < len(torque) - reach - 1)]
     if len(rows) == 0:
         return rows
-    changes = _changes_of_speed(table.position(axis), table.period_s)
-    noise = max(scatter_of(changes), model.number(axis, "encoder.step") / (_SPEED_ROWS * table.period_s))
+    position, step = table.position(axis), model.number(axis, "encoder.step")
+    changes = _changes_of_speed(position, table.period_s)
+    noise = max(scatter_of(changes), step / (_SPEED_ROWS * table.period_s))
     asked = off[rows] * table.period_s / max(model.number(axis, model.own_inertia_path(axis)), 1e-12)
-    places = rows[:, None] + 1 + np.arange(_LATE_ROWS + 1)
-    done = np.max(changes[places] * np.sign(off[rows])[:, None], axis=1)
+    answers = changes[rows[:, None] + 1 + np.arange(_LATE_ROWS + 1)] * np.sign(asked)[:, None]
+    large = np.abs(off[rows]) > _OF_ALL * float(np.quantile(np.abs(torque), _ALMOST_ALL))
     seen = _ANSWERED * np.abs(asked)
-    return np.asarray(rows[(seen > _SEEN * noise) & (done < seen)])
+    alone = rows[large & (seen > _SEEN * noise) & (np.max(answers, axis=1) < seen)]
+    if len(alone):
+        return np.asarray(alone)
+    # a joint that sticks answers nothing, one that turns back changes its friction, and a single row is no motion's
+    before, after = position[rows] - position[rows - reach], position[rows + reach] - position[rows]
+    slides = (np.minimum(np.abs(before), np.abs(after)) > _SLIDES * step) & (before * after > 0.0)
+    slides &= np.maximum(np.abs(off[rows - 1]), np.abs(off[rows + 1])) < _ALONE * np.abs(off[rows])
+    weights = np.abs(asked[slides])
+    squares = float(np.sum(weights**2))
+    share = np.max(weights @ answers[slides], initial=0.0) / max(squares, 1e-300)
+    # each torque by itself may be lost in the noise, and all of them together not
+    together = _ANSWERED * np.sqrt(squares) > _SEEN * noise and share < _ANSWERED
+    return np.asarray(rows[slides] if together else rows[:0])
 
 
 def _around(sizes: Floats) -> Floats:

@@ -14,7 +14,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals.source_terms import Term, terms_of, without_time, wrapped_on
 from gimbal_hil.data.signals.table import REPEAT, TIME, TORQUES, column_names
 from gimbal_hil.data.signals.units import unit_of
-from gimbal_hil.data.tables import UNITS, Floats, RawColumns, knows_all_units, listed, unit_size
+from gimbal_hil.data.tables import UNITS, FileColumn, Floats, RawColumns, knows_all_units, listed, unit_size
 
 _PAIR = "NAME=COLUMN, NAME=COLUMN:UNIT or NAME=COLUMN@TIME:UNIT, as in azimuth.position=theta_deg:deg"
 #: names of a part of the time that say that it is in nanoseconds or microseconds, as stamps of ROS and POSIX do
@@ -85,12 +85,30 @@ class ColumnMap:
                 _require_agreement(name, terms[0], si, raw.units)
             values[name] = _summed(raw, name, terms, si)
             texts[name] = {row: text for term in terms for row, text in raw.texts[term.column].items()}
+        alone = {name: terms[0] for name, terms in split.items() if len(terms) == 1 and terms[0].wrap is None}
+        origins = {
+            name: FileColumn(
+                term.column, term.unit, _size(term, name, unit_of(name, axes if linear else ()), raw.units)[0]
+            )
+            for name, term in alone.items()
+        }
+        # what the file calls otherwise is certain now, whatever it has that name
+        doubts = {name: doubt for name, doubt in raw.doubts.items() if name not in split}
         called = {name: "+".join(term.column for term in terms) for name, terms in split.items()}
         stated = [f"{name} is in {raw.units[terms[0].column]}, as the file says" for name, terms in split.items() if (
             len(terms) == 1 and not terms[0].unit and terms[0].column in raw.units
         )]  # fmt: skip
         shifts = {name: shift for name in split if (shift := self._shift(name, known))}
-        return replace(raw, values=values, texts=texts, called=called, notes=(*raw.notes, *stated), shifts_s=shifts)
+        return replace(
+            raw,
+            values=values,
+            texts=texts,
+            called=called,
+            origins=origins,
+            doubts=doubts,
+            notes=(*raw.notes, *stated),
+            shifts_s=shifts,
+        )
 
     def _shift(self, name: str, known: Sequence[str]) -> float:
         """Seconds by which a column belongs later than its rows."""

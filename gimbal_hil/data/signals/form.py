@@ -117,7 +117,16 @@ def _table(raw: RawColumns, named: AxisNames, repair: Repair) -> tuple[SignalsTa
     driven = tuple(axis for axis in axes if axis not in named.passive)
     columns = with_torques(columns, driven, named.torque_constants, notes)
     repeat = None if laps is None else laps.astype(np.int64)
-    return SignalsTable.of(axes, time_s, columns, repeat, str(raw.path), notes), len(rows)
+    table = SignalsTable.of(axes, time_s, columns, repeat, str(raw.path), notes)
+    return replace(table, lines=_lines(raw, rows, time_s), origins=raw.origins), len(rows)
+
+
+def _lines(raw: RawColumns, rows: NDArray[np.int64], time_s: NDArray[np.float64]) -> NDArray[np.int64] | None:
+    """The line of each time (n,) in a file of text: of the row there, or of the last one before."""
+    if raw.lines is None:
+        return None
+    before = np.searchsorted(raw.values[TIME][rows], time_s + 0.5 * float(np.min(np.diff(time_s))), side="right") - 1
+    return np.asarray(raw.lines[rows[np.maximum(before, 0)]])
 
 
 def _turned_round(raw: RawColumns, notes: list[str]) -> RawColumns:
@@ -148,6 +157,10 @@ def _measurable(raw: RawColumns, names: Sequence[str]) -> RawColumns:
 
 def _timed(raw: RawColumns, repair: Repair) -> tuple[RawColumns, Repair]:
     """A file that has no times with those that its rows have at the stated rate."""
+    if TIME in raw.values and repair.rate_hz is not None and _numbers_rows(raw.values[TIME]):
+        note = f"its times are the numbers of its rows: they were taken as {repair.rate_hz:g} a second, as --rate says"
+        values = {**raw.values, TIME: raw.values[TIME] / repair.rate_hz}
+        return replace(raw, values=values, notes=(*raw.notes, note)), replace(repair, rate_hz=None, resample=True)
     if TIME in raw.values or repair.rate_hz is None or repair.period_s is None or time_among(raw.values)[0] is not None:
         return raw, repair
     for line in raw.odd[:1]:
@@ -161,6 +174,12 @@ def _timed(raw: RawColumns, repair: Repair) -> tuple[RawColumns, Repair]:
     values = {TIME: np.arange(rows, dtype=np.float64) * repair.period_s, **raw.values}
     timed = replace(raw, values=values, texts={TIME: {}, **raw.texts}, notes=(*raw.notes, note))
     return timed, replace(repair, rate_hz=None)
+
+
+def _numbers_rows(times: NDArray[np.float64]) -> bool:
+    """Whether times count by one from row to row, which no clock in seconds does."""
+    steps = np.diff(times[np.isfinite(times)])
+    return len(steps) > FEWEST_ROWS and float(np.median(steps)) == 1.0 and bool(np.all(steps % 1.0 == 0.0))
 
 
 def _turned_on(raw: RawColumns, rows: NDArray[np.int64], axes: Sequence[str], notes: list[str]) -> RawColumns:

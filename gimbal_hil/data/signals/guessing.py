@@ -15,6 +15,18 @@ from gimbal_hil.data.tables import RawColumns
 #: seconds in one of a unit of time -> the unit
 _WORDS = {1.0: "", 1e-3: ":ms", 1e-6: ":us", 1e-9: ":ns"}
 
+#: names of seconds and of the rest of a time, and what the rest is in
+_IN_PARTS = (
+    ("sec", "nanosec", "ns"),
+    ("secs", "nsecs", "ns"),
+    ("sec", "nsec", "ns"),
+    ("tv_sec", "tv_nsec", "ns"),
+    ("tv_sec", "tv_usec", "us"),
+    ("sec", "usec", "us"),
+    ("secs", "usecs", "us"),
+    ("sec", "msec", "ms"),
+)
+
 
 def guessed_words(raw: RawColumns, axes: Sequence[str]) -> tuple[str, ...]:
     """Words for `--column`: time, position and torque (else current) of each axis, as far as names and units tell."""
@@ -42,9 +54,9 @@ def is_read_by(words: Sequence[str], axes: Sequence[str]) -> bool:
 
 def _time_word(raw: RawColumns) -> tuple[str, ...]:
     parts = {name.rpartition(".")[2].lower(): name for name in raw.values}
-    for seconds, rest in (("sec", "nanosec"), ("secs", "nsecs"), ("sec", "nsec")):
+    for seconds, rest, part in _IN_PARTS:
         if seconds in parts and rest in parts:
-            return (f"{TIME}={parts[seconds]}+{parts[rest]}:ns",)
+            return (f"{TIME}={parts[seconds]}+{parts[rest]}:{part}",)
     time, unit = _time(raw)
     if time is None:
         return ()

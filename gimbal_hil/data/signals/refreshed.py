@@ -48,7 +48,8 @@ def on_refreshed_rows(table: SignalsTable) -> SignalsTable:
         f"{axes} {verb} {how} every {stair} rows only: the log was put on those rows, {len(thinned)} of "
         f"{len(table)}, with the mean of the torque between them"
     )
-    return replace(thinned, notes=(*table.notes, note))
+    of_text = None if table.lines is None else table.lines[first : first + stair * len(thinned) : stair]
+    return replace(thinned, notes=(*table.notes, note), lines=of_text, origins=table.origins)
 
 
 def _lines(position: NDArray[np.float64]) -> tuple[int, int] | None:

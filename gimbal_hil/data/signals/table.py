@@ -5,11 +5,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
+
+from gimbal_hil.data.tables import FileColumn
 
 TIME = "time_s"
 REPEAT = "repeat"
@@ -44,8 +46,9 @@ class SignalsTable:
 
     `columns` is keyed as in the file (`outer.position`, `base.roll`), without time and `repeat`; optional columns that
     were not measured are absent. Where the drive was logged in amperes, `axis.torque` is what they make with the
-    model's torque constant. `notes` say in words what a reader of results should know: columns left out, rows dropped
-    or made up.
+    model's torque constant. `lines` (n,) are those of a file of text in which the rows stand, or the last one before,
+    `origins` the columns of the file that were read from one. `notes` say in words what a reader of results should
+    know: columns left out, rows dropped or made up.
     """
 
     axes: tuple[str, ...]
@@ -55,6 +58,8 @@ class SignalsTable:
     repeat: NDArray[np.int64] | None = None
     source: str = ""
     notes: tuple[str, ...] = ()
+    lines: NDArray[np.int64] | None = None
+    origins: Mapping[str, FileColumn] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -118,7 +123,13 @@ class SignalsTable:
         part = slice(start, stop)
         columns = {name: values[part] for name, values in self.columns.items()}
         laps = None if self.repeat is None else self.repeat[part]
-        return SignalsTable.of(self.axes, self.time_s[part], columns, laps, self.source, self.notes)
+        some = SignalsTable.of(self.axes, self.time_s[part], columns, laps, self.source, self.notes)
+        return replace(some, lines=None if self.lines is None else self.lines[part], origins=self.origins)
+
+    def but(self, columns: Mapping[str, NDArray[np.float64]], notes: Sequence[str] = ()) -> SignalsTable:
+        """The same with some columns in place of its own, and further notes."""
+        changed = {name: _frozen(values) for name, values in columns.items()}
+        return replace(self, columns=MappingProxyType({**self.columns, **changed}), notes=(*self.notes, *notes))
 
 
 def column_names(axes: Sequence[str]) -> tuple[str, ...]:

@@ -14,6 +14,8 @@ GZIP_START = b"\x1f\x8b"
 _LARGEST = 1 << 30
 _MARKS = (
     (codecs.BOM_UTF8, "utf-8-sig"),
+    # before its half
+    (codecs.BOM_UTF32_LE, "utf-32"),
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )

@@ -157,7 +157,7 @@ def _named(
     for k, (place, line) in enumerate(above):
         names = _header_cells(line, between, width, _counts(lines, first, between))
         if names is None:
-            if _COMMENT.match(line) or _RULE.fullmatch(line):
+            if _COMMENT.match(line) or _RULE.fullmatch(line) or (between is not None and between not in line):
                 continue
             return None
         upper = _header_cells(above[k + 1][1], between, width, False) if k + 1 < len(above) else None

@@ -28,6 +28,17 @@ IN_UTF_8 = "the file in UTF-8: iconv -f ENCODING -t UTF-8 FILE > NEW, with GB180
 
 
 @dataclass(frozen=True)
+class FileColumn:
+    """The column of a file that another one was read from: its name there, the unit that was said for it, and the size
+    of one of its numbers in the SI unit.
+    """
+
+    name: str
+    unit: str = ""
+    size: float = 1.0
+
+
+@dataclass(frozen=True)
 class OddLine:
     """A line among the rows that is no row: its number in the file, the cells that a row has, its own, its text."""
 
@@ -54,6 +65,8 @@ class RawColumns:
     lines: NDArray[np.int64] | None = None
     #: what the file calls columns that were given another name, by that name
     called: Mapping[str, str] = field(default_factory=dict)
+    #: the one column of the file that each was read from
+    origins: Mapping[str, FileColumn] = field(default_factory=dict)
     #: units that the file states, by column
     units: Mapping[str, str] = field(default_factory=dict)
     #: names that cannot be read as they are -> what is wrong with them, and what to do

@@ -152,8 +152,10 @@ def fit_rigid_axis(
         own = fits[0]
         problems += [(problem, rate) for problem in parts.problems]
         fits += [fit_at(problem, own.shift_s, own.lag_s, 1 + (own.lag_s > 0.0)) for problem in parts.problems]
-    shifted = [_replicates(fit, seed) for fit in (*fits, *_perhaps_lagged(problems[0][0], fits[0]))]
+    shifted = [_replicates(fit, seed) for fit in fits]
     timing = _timing(shifted, step, rule.time_stated)
+    if timing.used and timing.late.low > 0.0:
+        shifted += [_replicates(fit, seed) for fit in _perhaps_lagged(problems[0][0], fits[0])]
     plain = problems[0][0]
     fit = (
         fit_at(plain, timing.late_s - timing.lag_s, timing.lag_s, 1 + (timing.lag_s > 0.0))
