@@ -25,13 +25,13 @@ def change_page(comparison: MachineComparison) -> Page:
     """The page for one comparison."""
     document = document_of(comparison)
     worst = max(comparison.left, key=lambda one: one.after)
-    causes = bool(comparison.found.effects)
+    causes, count = bool(comparison.found.effects), len(document["effects"])
     blocks: list[Block] = [
         _said(comparison),
         Tiles(
             (
                 (comparison.kind.value.replace("_", " "), "verdict"),
-                (str(len(document["effects"])), "causes that changed"),
+                (str(count), "cause that changed" if count == 1 else "causes that changed"),
                 (f"{worst.before:.1f} → {worst.after:.1f}", "noise floors left, logs before → after"),
                 *([(f"{worst.told:.1f}", "left of those after with the causes told for them")] if causes else []),
             )

@@ -173,7 +173,7 @@ def _map_caption(found: VelocityMap, units: Units) -> str:
     jitter = max(point.jitter for point in found.points)
     text = f"Mean friction {units.word} in steady windows, what depends on position taken out; bars are 95 %."
     if jitter > 0.0:
-        text += f" The rate fluctuated by up to {jitter:.2g} {units.rate} rms, which the fit allows for."
+        text += f" The rate fluctuated by up to {quantity(jitter, units.rate)} rms, which the fit allows for."
     return text
 
 
