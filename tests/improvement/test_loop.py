@@ -94,7 +94,10 @@ def test_a_cause_that_the_judging_motion_does_not_show_gets_a_hold_out_that_does
     assert done.ending is Ending.AT_THE_FLOOR
     assert done.model.number("inner", "actuator.limit") == pytest.approx(2.2, rel=0.02)
     assert roles(tmp_path) == ["search", "judge", "shown", "judge"]
-    assert [one.verdict for one in done.diagnoses] == ["ambiguous", "named", "no_discrepancy"]
+    verdicts = [one.verdict for one in done.diagnoses]
+    # what was taken over may be looked at once more on what was measured already, before a new motion judges it
+    assert verdicts[:2] == ["ambiguous", "named"]
+    assert set(verdicts[2:]) == {"no_discrepancy"}
 
 
 @pytest.mark.heavy
