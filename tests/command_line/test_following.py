@@ -47,6 +47,7 @@ LINES = [
     following.after_discrepancy(OPEN | {"verdict": "named"}, None, 2, Path("out/verdict")),
     following.after_discrepancy(OPEN | {"verdict": "ambiguous"}, None, 1, Path("out/verdict")),
     following.after_discrepancy(OPEN | {"verdict": "ambiguous"}, None, 2, Path("out/verdict"), (), Path(__file__)),
+    following.after_discrepancy(OPEN | {"verdict": "cannot_judge"}, None, 2, Path("out/verdict")),
     following.after_joint("elbow", 0.41, Path("elbow.csv")),
     following.after_changed(OPEN, Path("out/changed")),
     following.after_changed(OPEN | {"effects": []}, Path("out/changed")),
@@ -105,14 +106,15 @@ def test_numbers_that_nobody_measured_are_measured_where_they_keep_logs_from_jud
     line = following.after_discrepancy(OPEN | {"verdict": "cannot_judge"}, "m.yaml", 2, Path("v"), unmeasured=True)
     assert line == "gimbal-hil experiment sliding --model m.yaml --out sliding"
     measured = following.after_discrepancy(OPEN | {"verdict": "cannot_judge"}, "m.yaml", 2, Path("v"))
-    assert measured.startswith("gimbal-hil experiment step ")
+    assert measured.startswith("gimbal-hil experiment survey ")
 
 
-def test_an_ambiguous_verdict_proposes_the_motion_that_was_made_for_it(tmp_path: Path) -> None:
-    made, ambiguous = tmp_path / "settle.yaml", OPEN | {"verdict": "ambiguous"}
-    assert "settle" not in following.after_discrepancy(ambiguous, None, 2, tmp_path / "v", (), made)
+@pytest.mark.parametrize("verdict", ["ambiguous", "cannot_judge"])
+def test_an_open_verdict_proposes_the_motion_that_was_made_for_it(verdict: str, tmp_path: Path) -> None:
+    made, found = tmp_path / "settle.yaml", OPEN | {"verdict": verdict}
+    assert "settle" not in following.after_discrepancy(found, None, 2, tmp_path / "v", (), made)
     made.write_text("", encoding="utf-8")
-    line = following.after_discrepancy(ambiguous, None, 2, tmp_path / "v", (), made)
+    line = following.after_discrepancy(found, None, 2, tmp_path / "v", (), made)
     assert line == f"gimbal-hil experiment {made} --out {tmp_path / 'settle'}"
 
 

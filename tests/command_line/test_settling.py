@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import cast
 
 import pytest
@@ -11,7 +12,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.runs import RunHeader
 from gimbal_hil.data.runs.header import write_header
 from gimbal_hil.knowledge import improvement
-from gimbal_hil.knowledge.discrepancy import CHANCE, Result, Verdict
+from gimbal_hil.knowledge.discrepancy import CHANCE, Kind
 from gimbal_hil.knowledge.discrepancy.inquiry.inquiry import State
 from gimbal_hil.knowledge.improvement.choosing import Option, Pair
 from gimbal_hil.loop.settings import shipped_settings
@@ -56,7 +57,17 @@ def test_what_is_said_of_a_motion_says_how_its_log_is_used(
     nobody = cast(State, None)
     pair = Pair(nobody, nobody, (("cable_spring", "inner"), (rival, "inner")))
     made = (pair, Option("settle", "inner", 1234.0, 20.7))
-    finding = Finding(cast(Verdict, None), cast(Result, None))
+    finding = cast(Finding, SimpleNamespace(kind=Kind.AMBIGUOUS, result=None))
     for found, said in ((made, f"a further {option}"), (None, "no motion of the antenna's own")):
         monkeypatch.setattr(improvement, "settling_run", lambda *_, found=found: found)
+        assert said in write_settling(tmp_path / "s.yaml", finding, shipped_settings(), 1, lambda text: None)
+
+
+def test_a_motion_that_decides_is_the_hold_out_of_the_next_call(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    made = ((("inertia", "inner"),), Option("settle", "inner", 1234.0, 20.7))
+    finding = cast(Finding, SimpleNamespace(kind=Kind.CANNOT_JUDGE, result=None))
+    for found, said in ((made, "give its log as the --holdout"), (None, "no motion of the antenna's own")):
+        monkeypatch.setattr(improvement, "showing_run", lambda *_, found=found: found)
         assert said in write_settling(tmp_path / "s.yaml", finding, shipped_settings(), 1, lambda text: None)

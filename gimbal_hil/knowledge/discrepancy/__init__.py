@@ -22,7 +22,15 @@ from gimbal_hil.knowledge.discrepancy.inquiry import (
     scored_band,
     standing,
 )
-from gimbal_hil.knowledge.discrepancy.judgement import Kind, Request, Result, Status, odds_against
+from gimbal_hil.knowledge.discrepancy.judgement import (
+    Kind,
+    NumberError,
+    Request,
+    Result,
+    Status,
+    number_errors,
+    odds_against,
+)
 from gimbal_hil.knowledge.discrepancy.laws import effect_source
 from gimbal_hil.knowledge.discrepancy.run import diagnose
 from gimbal_hil.knowledge.discrepancy.search import respond
@@ -55,6 +63,7 @@ __all__ = [
     "Foreseen",
     "Hypothesis",
     "Kind",
+    "NumberError",
     "Policy",
     "Request",
     "Result",
@@ -78,6 +87,7 @@ __all__ = [
     "fit",
     "foreseen",
     "headline",
+    "number_errors",
     "odds_against",
     "prior_weights",
     "ramps_apart",

@@ -14,6 +14,7 @@ from gimbal_hil.knowledge.improvement.journal import (
 from gimbal_hil.knowledge.improvement.loop import improve
 from gimbal_hil.knowledge.improvement.page import improvement_page
 from gimbal_hil.knowledge.improvement.rehearsal import rehearse
+from gimbal_hil.knowledge.improvement.showing import showing_run
 from gimbal_hil.knowledge.improvement.site import Site, VirtualSite, site_of
 from gimbal_hil.knowledge.improvement.task import Ending, Improvement, Task, session_of
 
@@ -37,6 +38,7 @@ __all__ = [
     "rehearse",
     "session_of",
     "settling_run",
+    "showing_run",
     "site_of",
     "torques_of",
     "travels_of",

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -44,7 +45,7 @@ WORTH = 12.0
 #: and shows a cause plainly at so many times that: of those the shortest will do against chance
 _PLAINLY = 10.0
 #: rows of the scored residual are correlated: what one row counts for
-_SPREAD = 2.0
+SPREAD = 2.0
 
 
 @dataclass(frozen=True)
@@ -227,6 +228,21 @@ def open_end(pair: Pair, options: Sequence[Option], refused: Sequence[str], left
     return text + (f" A person could tell: {person}." if person else "")
 
 
+class Shown(Protocol):
+    """What so many tables like one say of a question: squared floors expected, and those that answer it."""
+
+    def expected(self, times: int = 1) -> float: ...
+    def needed(self, times: int = 1) -> float: ...
+
+
+class MotionQuestion(Protocol):
+    """What a motion is made for: the model that it is rehearsed on, and what a table of that says."""
+
+    @property
+    def model(self) -> AntennaModel: ...
+    def shown(self, table: SignalsTable) -> Shown: ...
+
+
 @dataclass(frozen=True)
 class OpenQuestion:
     """What is open: the states beside the best one with their weights (sum 1), the model with the best, and what a
@@ -244,6 +260,10 @@ class OpenQuestion:
     #: rows of all data so far, and squares of each channel
     rows: int
     without: Floats
+
+    def shown(self, table: SignalsTable) -> Separation:
+        """What a table that the best explanation made says."""
+        return separation_of(self, table)
 
 
 def question_of(result: Result, pair: Pair) -> OpenQuestion:
@@ -291,7 +311,7 @@ class Apart:
         """Squared floors that it leaves beyond the best on so many such tables, refitted linearly."""
         slope = times * self.slope
         back = float(slope @ np.linalg.lstsq(times * self.normal + self.held, slope, rcond=1e-10)[0])
-        return max(0.0, (times * self.squares - back) / _SPREAD)
+        return max(0.0, (times * self.squares - back) / SPREAD)
 
 
 @dataclass(frozen=True)
@@ -315,7 +335,7 @@ class Separation:
         """
         policy, rows = self.question.policy, self.question.rows + times * self.rows
         share = policy.same**2 * float(np.max(self.question.without + times * self.without))
-        return max(WORTH, policy.least_squares * rows / _SPREAD, share / _SPREAD)
+        return max(WORTH, policy.least_squares * rows / SPREAD, share / SPREAD)
 
 
 def separation_of(question: OpenQuestion, table: SignalsTable) -> Separation:
@@ -331,10 +351,10 @@ def separation_of(question: OpenQuestion, table: SignalsTable) -> Separation:
 
 def _apart(twin: Twin, as_best: Floats, rival: State, floor: Floats) -> Apart:
     as_rival = command_residual(twin, rival.hypothesis, floor)
-    held = np.diag((prior_weights(rival.hypothesis) * _SPREAD) ** 2)
+    held = np.diag((prior_weights(rival.hypothesis) * SPREAD) ** 2)
     if not np.all(np.isfinite(as_rival)):
         return Apart(0.0, np.zeros(len(held)), np.zeros_like(held), held)
-    columns = _jacobian(twin, rival.hypothesis, floor, as_rival)
+    columns = jacobian_of(twin, rival.hypothesis, floor, as_rival)
     before = rival.fit.jacobian
     if before.shape[1] == columns.shape[1]:
         held = held + before.T @ before
@@ -343,7 +363,8 @@ def _apart(twin: Twin, as_best: Floats, rival: State, floor: Floats) -> Apart:
     return Apart(float(difference @ difference), columns.T @ difference, columns.T @ columns, held)
 
 
-def _jacobian(twin: Twin, hypothesis: Hypothesis, floor: Floats, residual: Floats) -> Floats:
+def jacobian_of(twin: Twin, hypothesis: Hypothesis, floor: Floats, residual: Floats) -> Floats:
+    """What every coordinate of a hypothesis does to its residual on a twin, (rows * channels, coordinates)."""
     x = hypothesis.vector()
     columns = np.zeros((residual.size, len(x)))
     for i in range(len(x)):

@@ -20,12 +20,11 @@ from gimbal_hil.knowledge.discrepancy import Result
 from gimbal_hil.knowledge.executor import WorkExecutor
 from gimbal_hil.knowledge.improvement.budgets import AFTERWARDS_S, Budgets, budgets_of
 from gimbal_hil.knowledge.improvement.choosing import (
-    OpenQuestion,
+    MotionQuestion,
     Option,
     Pair,
     open_pairs,
     question_of,
-    separation_of,
 )
 from gimbal_hil.knowledge.improvement.motion import (
     MADE,
@@ -47,7 +46,7 @@ _FIRST, _EACH, _GENERATIONS, _PARENTS = 40, 24, 9, 5
 #: there a twin errs by more than the noise
 _PLAINLY, _PLENTY = 2.0, 1000.0
 #: antenna time of a motion by itself
-_ANTENNA_S = 120.0
+ANTENNA_S = 120.0
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,7 @@ class DesignTask:
     up.
     """
 
-    question: OpenQuestion
+    question: MotionQuestion
     settings: DaemonSettings
     budgets: Budgets
     used_s: float = 0.0
@@ -123,12 +122,25 @@ def made_for(
     """A motion made for a pair, its plan in a file; None where none shows what is needed, or where the model as it is
     `now` would not be allowed it.
     """
+    two = " from ".join(f"{name.replace('_', ' ')} on {axis}" for name, axis in pair.names)
+    return written(task, f"Made to tell {two}", pair.names[0][1], now, path, executor, tell)
+
+
+def written(
+    task: DesignTask,
+    why: str,
+    axis: str,
+    now: AntennaModel,
+    path: Path,
+    executor: WorkExecutor,
+    tell: Callable[[str], None] = lambda text: None,
+) -> Option | None:
+    """A motion made for a question, its plan in a file that says why; None as for `made_for`."""
     made = designed(task, executor, tell=tell)
     if made is None:
         return None
-    two = " from ".join(f"{name.replace('_', ' ')} on {axis}" for name, axis in pair.names)
     worth = f"{made.expected:.3g} squared floors expected in {made.duration_s:.3g} s, {made.needed:.3g} needed"
-    text = f"Made to tell {two}: {worth}"
+    text = f"{why}: {worth}"
     experiment = experiment_of_motion(made.motion, text, task.settings, task.budgets)
     rehearsal = rehearse(experiment, task.settings, now)
     if task.budgets.refusal(experiment, rehearsal, task.settings.rate_hz, task.used_s) is not None:
@@ -136,7 +148,7 @@ def made_for(
     path.parent.mkdir(parents=True, exist_ok=True)
     plan = plan_of(made.motion, text, task.settings, task.budgets)
     path.write_text(yaml_text(plan, leaves_in_line=True), encoding="utf-8")
-    return Option(MADE, pair.names[0][1], made.expected, made.duration_s)
+    return Option(MADE, axis, made.expected, made.duration_s)
 
 
 def settling_run(
@@ -149,7 +161,7 @@ def settling_run(
     """A pair that an ambiguous verdict leaves open, and a motion made for it, its plan in a file; None where nothing is
     open, or none shows it.
     """
-    budgets = budgets_of(settings, _ANTENNA_S, 1, {}, {})
+    budgets = budgets_of(settings, ANTENNA_S, 1, {}, {})
     for pair in open_pairs(result, ()):
         task = DesignTask(question_of(result, pair), settings, budgets)
         made = made_for(task, pair, result.model, path, executor, tell)
@@ -164,7 +176,7 @@ def _tried(task: DesignTask, motion: LapMotion) -> Design | None:
     if found is None:
         return None
     table, first_s = found
-    shown, lap_s = separation_of(task.question, table), sum(one.over_s for one in motion.segments)
+    shown, lap_s = task.question.shown(table), sum(one.over_s for one in motion.segments)
     designs = [
         Design(replace(motion, laps=laps), shown.expected(laps), shown.needed(laps), first_s + (laps - 1) * lap_s)
         for laps in range(1, motion.most_laps + 1)
@@ -177,7 +189,7 @@ def _whole(task: DesignTask, motion: LapMotion) -> Design | None:
     found = _rehearsed(task, motion)
     if found is None:
         return None
-    shown = separation_of(task.question, found[0])
+    shown = task.question.shown(found[0])
     return Design(motion, shown.expected(), shown.needed(), found[1])
 
 
@@ -190,4 +202,4 @@ def _rehearsed(task: DesignTask, motion: LapMotion) -> tuple[SignalsTable, float
     return rehearsal.table, experiment.duration_s(rate)
 
 
-__all__ = ["Design", "DesignTask", "designed", "made_for", "settling_run"]
+__all__ = ["ANTENNA_S", "Design", "DesignTask", "designed", "made_for", "settling_run", "written"]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 #: options that take several values after one another
 MANY_VALUED = ("--measured", "--holdout", "--column")
-SETTLE_HELP = f"Of an ambiguous verdict, the motion that settles it too ({SETTLE_FILE}): a minute more."
+SETTLE_HELP = f"Of a verdict that is open, the motion that settles it too ({SETTLE_FILE}): a minute more."
 WRITE_EFFECT_HELP = "Of a described formula, the skeleton of an effect of your own too."
 MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE = (
     "model.yaml",
@@ -115,7 +115,7 @@ def command(
         if answer.write_effect:
             _write_effects(asked.out, finding)
         settling = ""
-        if limits is not None and finding.kind is Kind.AMBIGUOUS:
+        if limits is not None and finding.kind in (Kind.AMBIGUOUS, Kind.CANNOT_JUDGE):
             settling = write_settling(asked.out / SETTLE_FILE, finding, limits, effort.workers, tell)
     return _told(finding, asked, fails, answer.junit, as_json, settling)
 

@@ -240,13 +240,14 @@ def after_discrepancy(
         names = [entry["name"] for entry in (*verdict["effects"], *verdict.get("alternatives", []))]
         return command_line("effects", *names[:1])
     found = Kind(verdict["verdict"])
-    if found is Kind.AMBIGUOUS and made is not None and made.exists():
+    if found in (Kind.AMBIGUOUS, Kind.CANNOT_JUDGE) and made is not None and made.exists():
         return _experiment(str(made), origin_of(logs), model, out.parent / made.stem)
     if found in (Kind.AMBIGUOUS, Kind.UNEXPLAINED):
         name = _deciding(verdict)
         return _experiment(name, origin_of(logs), model, out.parent / name)
-    if found is Kind.CANNOT_JUDGE and unmeasured:
-        return _experiment("sliding", origin_of(logs), model, out.parent / "sliding")
+    if found is Kind.CANNOT_JUDGE:
+        name = "sliding" if unmeasured else "survey"
+        return _experiment(name, origin_of(logs), model, out.parent / name)
     use = out / "model.yaml" if found in (Kind.NAMED, Kind.DESCRIBED) else model
     return _experiment("step", origin_of(logs), use, out.parent / "step_with_model")
 

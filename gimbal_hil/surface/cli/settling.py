@@ -34,10 +34,20 @@ def limits_in(logs: Sequence[Path]) -> DaemonSettings:
 def write_settling(
     path: Path, finding: Finding, settings: DaemonSettings, workers: int, tell: Callable[[str], None]
 ) -> str:
-    """The plan in a file; answers what to say of it."""
+    """The plan in a file, of a motion that settles an ambiguous verdict or shows what the logs said nothing of; answers
+    what to say of it.
+    """
+    from gimbal_hil.knowledge.discrepancy import Kind
     from gimbal_hil.knowledge.executor import open_executor
-    from gimbal_hil.knowledge.improvement import settling_run
+    from gimbal_hil.knowledge.improvement import settling_run, showing_run
 
+    if finding.kind is Kind.CANNOT_JUDGE:
+        with open_executor(workers) as executor:
+            showing = showing_run(finding.result, settings, path, executor, tell)
+        if showing is None:
+            return "no motion of the antenna's own would decide it"
+        seconds = showing[1].duration_s
+        return f"to decide it: {path}, {seconds:.0f} s; run it and give its log as the --holdout"
     with open_executor(workers) as executor:
         found = settling_run(finding.result, settings, path, executor, tell)
     if found is None:

@@ -2,7 +2,7 @@
 
 from gimbal_hil.knowledge.discrepancy.judgement.agreement import with_identification
 from gimbal_hil.knowledge.discrepancy.judgement.deciding import Denial, Kind, Status, Told, decide, odds_against
-from gimbal_hil.knowledge.discrepancy.judgement.earned import hidden_errors
+from gimbal_hil.knowledge.discrepancy.judgement.earned import NumberError, hidden_errors, number_errors
 from gimbal_hil.knowledge.discrepancy.judgement.intervals import number_intervals, parameter_intervals
 from gimbal_hil.knowledge.discrepancy.judgement.measured_torque import torque_is_measured, with_measured_torque
 from gimbal_hil.knowledge.discrepancy.judgement.result import Request, Result
@@ -20,6 +20,7 @@ __all__ = [
     "ORDER",
     "Denial",
     "Kind",
+    "NumberError",
     "Request",
     "Result",
     "Rival",
@@ -30,6 +31,7 @@ __all__ = [
     "channel_name",
     "decide",
     "hidden_errors",
+    "number_errors",
     "number_intervals",
     "odds_against",
     "parameter_intervals",

@@ -10,12 +10,14 @@ Noise is not added to it, because nobody knows how much of the floor is noise.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import (
     Cause,
     Family,
+    Fit,
     Hypothesis,
     KnownNumber,
     Weighing,
@@ -26,11 +28,27 @@ from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State, rms, weighi
 from gimbal_hil.knowledge.discrepancy.judgement.smallest import slopes_of_hold_out, without_own
 from gimbal_hil.knowledge.discrepancy.judgement.wander import beside_wander
 from gimbal_hil.knowledge.discrepancy.search import row_weights
-from gimbal_hil.knowledge.discrepancy.twin import Floats
+from gimbal_hil.knowledge.discrepancy.twin import Floats, Twin
 from sim_backend.effects import CATALOGUE, Effect, Knob, Move
 from sim_backend.model import AntennaModel
 
 _FACTORS = (0.5, 2.0)
+
+
+@dataclass(frozen=True)
+class NumberError:
+    """A number (effect, axis) that is half or twice what it should be, over what its own uncertainty takes of that: two
+    hypotheses, and the fit of the other known numbers.
+    """
+
+    label: tuple[str, str]
+    near: Hypothesis
+    off: Hypothesis
+    bare: Fit
+
+    def on(self, twin: Twin, floor: Floats) -> Floats:
+        """What it does to the residual, (rows, channels), in floors."""
+        return command_residual(twin, self.off, floor) - command_residual(twin, self.near, floor)
 
 
 def hidden_errors(inquiry: Inquiry, null: State, searched: frozenset[str]) -> tuple[tuple[str, str], ...]:
@@ -60,6 +78,29 @@ def _is_stated(model: AntennaModel, axis: str, effect: Effect) -> bool:
     return first.unit == "1" or model.number(axis, model.number_path(axis, first.path or "")) != 0.0
 
 
+def number_errors(inquiry: Inquiry, null: State, labels: tuple[tuple[str, str], ...]) -> tuple[NumberError, ...]:
+    """Both errors of every one of these numbers of which any log could show them: not where what the model says of a
+    number allows as much.
+    """
+    families = {family.label: family for family in inquiry.families}
+    both = {
+        label: [_error(inquiry, null, families[label], factor) for factor in _FACTORS]
+        for label in labels
+        if label in families
+    }
+    return tuple(one for errors in both.values() if None not in errors for one in errors if one is not None)
+
+
+def _error(inquiry: Inquiry, null: State, family: Family, factor: float) -> NumberError | None:
+    """A number that is off by a factor; None where what the model says of it allows as much: nothing would be told."""
+    bare, own = without_own(inquiry, null, family)
+    near = _within_reach(inquiry.twin.model, family, own, factor)
+    if (near - factor) * (factor - 1.0) >= 0.0:
+        return None
+    at, off = (bare.hypothesis.plus(_off_by(inquiry.twin.model, family, of)) for of in (near, factor))
+    return NumberError(family.label, at, off, bare)
+
+
 def _shows(
     inquiry: Inquiry,
     null: State,
@@ -69,19 +110,14 @@ def _shows(
     factor: float,
 ) -> bool:
     """Whether a number that is off by a factor would have left a gap."""
-    bare, own = without_own(inquiry, null, family)
-    near = _within_reach(inquiry.twin.model, family, own, factor)
-    if (near - factor) * (factor - 1.0) >= 0.0:
-        # what the model says of it allows as much, and nothing would be told
+    error = _error(inquiry, null, family, factor)
+    if error is None:
         return False
-    ends = [bare.hypothesis.plus(_off_by(inquiry.twin.model, family, of)) for of in (near, factor)]
-    fitted, held = (
-        command_residual(twin, ends[1], inquiry.floor) - command_residual(twin, ends[0], inquiry.floor)
-        for twin in (inquiry.twin, inquiry.holdout)
-    )
+    fitted, held = (error.on(twin, inquiry.floor) for twin in (inquiry.twin, inquiry.holdout))
     if not (np.isfinite(fitted).all() and np.isfinite(held).all()):
         # no joint of that size makes this motion at all
         return True
+    bare = error.bare
     others = bare.hypothesis.floating
     if others:
         moved = _taken(bare.jacobian, fitted.ravel(), row_weights(bare, weighing), bare.hypothesis)

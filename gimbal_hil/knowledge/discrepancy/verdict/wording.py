@@ -57,9 +57,14 @@ def _would_have_shown(result: Result) -> str:
     for axis in result.model.axes:
         sizes = {one.name: one.relative for one in result.smallest if one.axis == axis and one.relative is not None}
         asked = {effect.name: effect.asked_as for effect in CATALOGUE.values() if effect.asked_as}
-        shown = [f"{words} {sizes[name]:.0%}" for name, words in asked.items() if name in sizes]
+        # more than twice the number is among what would not have shown
+        shown = [f"{words} {_share(sizes[name])}" for name, words in asked.items() if sizes.get(name, 2.0) <= 1.0]
         said.append(f"on {axis} {', '.join(shown)}" if shown else f"on {axis} none")
     return f"Smallest errors that would have shown: {'; '.join(said)}."
+
+
+def _share(size: float) -> str:
+    return f"{size:.0%}" if size >= 0.01 else f"{100.0 * size:.1g}%"
 
 
 def _of_channel(gap: Gap) -> str:

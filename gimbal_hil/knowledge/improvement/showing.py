@@ -1,0 +1,104 @@
+"""The motion in which numbers would show that the logs say nothing of: half or twice the right inertia, friction, gain.
+
+A log can leave no gap and still say nothing of an axis that hardly moved. What is asked of a motion then is how much an
+error of each such number would leave of it, once the other known numbers have taken what they can. The criterion is
+A-optimality, the sum of the variances of these numbers, each in units of the error that should show (Kiefer 1959).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy import (
+    Floats,
+    NumberError,
+    Result,
+    Twin,
+    command_residual,
+    number_errors,
+    prior_weights,
+    record_of,
+)
+from gimbal_hil.knowledge.executor import WorkExecutor
+from gimbal_hil.knowledge.improvement.budgets import budgets_of
+from gimbal_hil.knowledge.improvement.choosing import SPREAD, Apart, Option, jacobian_of
+from gimbal_hil.knowledge.improvement.design import ANTENNA_S, DesignTask, written
+from gimbal_hil.loop.settings import DaemonSettings
+from sim_backend.model import AntennaModel
+
+
+@dataclass(frozen=True)
+class HiddenNumbers:
+    """Errors that should show, the model, and what its logs are judged by; fewer floors than `least_gap` are no gap."""
+
+    errors: tuple[NumberError, ...]
+    model: AntennaModel
+    twin: Twin
+    floor: Floats
+    least_gap: float
+
+    def shown(self, table: SignalsTable) -> HiddenShown:
+        """What a table of the model says."""
+        record = record_of(table, self.twin.model, self.twin.records[0].bands.scored_hz, "rehearsal")
+        there = Twin(self.twin.model, (record,), self.twin.gyro_everywhere)
+        each = tuple(self._apart(there, error) for error in self.errors)
+        return HiddenShown(each, int(record.keep.sum()), self.least_gap)
+
+    def _apart(self, there: Twin, error: NumberError) -> Apart:
+        """What an error leaves of a table, and what the other known numbers, held by the logs so far, do about it."""
+        rows = error.on(there, self.floor)
+        known = error.bare.hypothesis
+        held = np.diag((prior_weights(known) * SPREAD) ** 2) + error.bare.jacobian.T @ error.bare.jacobian
+        if not np.all(np.isfinite(rows)):
+            return Apart(0.0, np.zeros(len(held)), np.zeros_like(held), held)
+        columns = jacobian_of(there, known, self.floor, command_residual(there, known, self.floor))
+        flat = rows.ravel()
+        return Apart(float(flat @ flat), columns.T @ flat, columns.T @ columns, held)
+
+
+@dataclass(frozen=True)
+class HiddenShown:
+    """What every error leaves of a table, its scored rows, and the floors that are no gap."""
+
+    errors: tuple[Apart, ...]
+    rows: int
+    least_gap: float
+
+    def expected(self, times: int = 1) -> float:
+        """Squared floors: one over the sum of the variances, which is no more than the least that an error leaves."""
+        left = np.array([one.beyond(times) for one in self.errors])
+        return 0.0 if np.any(left <= 0.0) else float(1.0 / np.sum(1.0 / left))
+
+    def needed(self, times: int = 1) -> float:
+        """Squared floors that are a gap in so many such tables by themselves."""
+        return self.least_gap**2 * times * self.rows / SPREAD
+
+
+def showing_run(
+    result: Result,
+    settings: DaemonSettings,
+    path: Path,
+    executor: WorkExecutor,
+    tell: Callable[[str], None] = lambda text: None,
+) -> tuple[tuple[tuple[str, str], ...], Option] | None:
+    """The numbers (effect, axis) that the logs say nothing of and a motion would show, and that motion, its plan in a
+    file; None where nothing is hidden, or no motion shows it.
+    """
+    inquiry, now = result.inquiry, result.model
+    errors = number_errors(inquiry, result.null, result.hidden)
+    labels = tuple(dict.fromkeys(error.label for error in errors))
+    if not errors:
+        return None
+    question = HiddenNumbers(errors, now, replace(inquiry.twin, scales=None), inquiry.floor, inquiry.policy.least_gap)
+    task = DesignTask(question, settings, budgets_of(settings, ANTENNA_S, 1, {}, {}))
+    words = ", ".join(f"{name.replace('_', ' ')} of {axis}" for name, axis in labels)
+    made = written(task, f"Made to show {words}", labels[0][1], now, path, executor, tell)
+    return None if made is None else (labels, made)
+
+
+__all__ = ["HiddenNumbers", "HiddenShown", "showing_run"]
