@@ -125,8 +125,11 @@ def _standing(
     without = refitted(inquiry, state, rest, rounds=4)
     taken = squares_of(without) - squares_of(state)
     channel = int(np.argmax(taken / np.maximum(squares_of(without), 1.0)))
-    rivals = rivals_of(inquiry, path, without, state, label, missing) if len(entries) == 1 else ()
     lead = state.hypothesis.causes[entries[0]]
+    # the first entry stands for all; a ripple of torque is the plainest of what is locked to position
+    one = without if len(entries) == 1 else refitted(inquiry, state, state.hypothesis.minus(entries[0]), rounds=4)
+    plainest = len(entries) > 1 and lead.family.ripple is Ripple.TORQUE
+    rivals = () if plainest else rivals_of(inquiry, path, one, state, label, missing)
     late = gain_on(inquiry, without, state, "untouched")
     bare = refitted(inquiry, state, rest, rounds=0)
     # of a number that is off, the same number within its uncertainty took a part before

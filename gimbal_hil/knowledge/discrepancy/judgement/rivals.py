@@ -83,8 +83,9 @@ def rivals_of(
     `without` is the state without that cause, `path` what was tried on the way, and `missing` the share of what the
     state leaves of each channel that can be predicted.
     """
-    others = in_its_place(inquiry, path, without, state, label)
-    found: list[tuple[State, tuple[tuple[str, str], ...]]] = [(o, (o.hypothesis.labels[-1],)) for o in others]
+    others = ((o, o.hypothesis.labels[-1]) for o in in_its_place(inquiry, path, without, state, label))
+    # of a cause with several entries another one is nothing else
+    found: list[tuple[State, tuple[tuple[str, str], ...]]] = [(o, (new,)) for o, new in others if new != label]
     numbers = numbers_instead(inquiry, without, state, label)
     if numbers is not None:
         free, labels = numbers
@@ -144,6 +145,9 @@ def _rival(
     extra = float(np.sum((theirs - mine) / scale)) / len(scale)
     # where one leaves much of one channel and the other much of another, neither is the unit of both
     sure = surely_less(inquiry, other, state, np.minimum(other.fit.squares, state.fit.squares))
+    if other.hypothesis.labels.count(labels[0]) > 1:
+        # a new name has to be earned against more of what is there anyway: whatever is left beyond noise may be that
+        missing = np.maximum(missing, 1.0 - inquiry.policy.least_gap**2 / np.maximum(mine, inquiry.policy.least_gap**2))
     noisy, noisier = (noise_of_command(inquiry.twin, one.hypothesis, inquiry.floor) for one in (state, other))
     same = same_to_a_twin(inquiry.policy, mine, theirs, squares_of(without), noisier - noisy, missing)
     found = Rival(other, labels, extra, sure, same, float(np.max(mine - theirs)))

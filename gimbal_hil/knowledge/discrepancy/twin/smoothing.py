@@ -116,19 +116,32 @@ def _quiet_where_still(steps: Floats, wide: Floats, bands: Bands) -> Floats:
     beyond it.
 
     Friction takes the modulus of the rate: encoder noise at standstill would let a bristle creep that holds in truth.
-    The part beyond the scored band is weighed by how far its local power stands above its quietest tenth (a local
-    Wiener gain).
+    The part beyond the scored band is weighed by how far its local power stands above noise (a local Wiener gain).
+    Noise is no more than its quietest tenth, and no more than white noise of the position that makes what the smoothing
+    removes: motion that never rests within a narrow band is not taken for it.
     """
     from scipy.ndimage import gaussian_filter1d
 
-    edges = 1.3 * bands.scored_hz, 2.6 * bands.scored_hz
+    edges, dt = (1.3 * bands.scored_hz, 2.6 * bands.scored_hz), bands.period_s
     if edges[1] >= bands.smoothing[0]:
         return wide
-    narrow = _filtered(steps, _low_pass(*edges, bands.period_s, taps_for(edges, bands.period_s)))
+    inner, outer = (_low_pass(*e, dt, taps_for(e, dt)) for e in (edges, bands.smoothing))
+    narrow = _filtered(steps, inner)
     beyond = wide - narrow
-    power = gaussian_filter1d(beyond**2, 0.25 / (bands.scored_hz * bands.period_s), axis=0)
-    quiet = np.maximum(np.quantile(power[:: bands.stride], 0.1, axis=0), 1e-300)
-    return np.asarray(narrow + beyond * np.clip(1.0 - _FACTOR * quiet / np.maximum(power, quiet), 0.0, 1.0))
+    power, removed = (
+        gaussian_filter1d(part**2, 0.25 / (bands.scored_hz * dt), axis=0) for part in (beyond, steps - wide)
+    )
+    quiet = np.minimum(np.quantile(power[:: bands.stride], 0.1, axis=0), removed * _carried(inner, outer))
+    return np.asarray(narrow + beyond * np.clip(1.0 - _FACTOR * quiet / np.maximum(power, 1e-300), 0.0, 1.0))
+
+
+def _carried(inner: Floats, outer: Floats) -> float:
+    """Power that white position noise has between two low-passes of its differences, over that beyond the wider one."""
+    between, beyond = -np.pad(inner, max(0, len(outer) - len(inner)) // 2), -outer
+    between += np.pad(outer, (len(between) - len(outer)) // 2)
+    beyond[len(beyond) // 2] += 1.0
+    first, second = (np.sum(np.diff(part, prepend=0.0, append=0.0) ** 2) for part in (between, beyond))
+    return float(first / second)
 
 
 def taken_off(position: Floats, rate: Floats, bands: Bands) -> Floats:
