@@ -56,6 +56,8 @@ LINES = [
     following.after_tune(Path("c.yaml"), Path("c.tuned.yaml"), "realistic", 2),
     following.after_tune(Path("c.yaml"), Path("c.tuned.yaml"), "emps", 1),
     following.after_replay(HERE, True),
+    following.after_certificate(12, HERE, None, {"seed": 1}),
+    following.after_certificate(10_000, HERE, Path("c.yaml"), {}),
     following.after_export(HERE, Path("a.csv"), True, ("outer", "inner")),
     following.after_drive_tables(Path("m.yaml"), Path("c.yaml"), Path("tables"), False),
     following.after_drive_tables(Path("m.yaml"), Path("c.yaml"), Path("tables"), True),

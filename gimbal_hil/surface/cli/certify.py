@@ -45,7 +45,7 @@ def certify(choice: CertifyChoice) -> int:
         summary,
     )
     from gimbal_hil.surface.cli.antenna_choice import settings_and_antenna
-    from gimbal_hil.surface.cli.following import command_line, print_next
+    from gimbal_hil.surface.cli.following import after_certificate, print_next
     from gimbal_hil.surface.cli.progress import ProgressBar
 
     settings, antenna = settings_and_antenna(choice.config, choice.model)
@@ -73,5 +73,7 @@ def certify(choice: CertifyChoice) -> int:
     else:
         print(summary(found))
         print(f"  report  {page}")
-        print_next(command_line("bench", "pointing", scenario="aircraft", antenna=choice.model))
+        words: dict[str, object] = dict(config=choice.config, model=choice.model, navigation=choice.navigation)
+        words |= dict(duration=f"{choice.duration_s:g}", seed=choice.seed, workers=choice.workers)
+        print_next(after_certificate(choice.flights, choice.folder, choice.config, words))
     return EXIT_DONE if found.keeps else EXIT_NO

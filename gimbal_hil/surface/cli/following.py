@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import re
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -28,6 +28,8 @@ _DWELLS = (
     ("revers", "reversals"),
     ("rate", "plateaus"),
 )
+#: flights of a certificate
+_CERTIFICATE = 10_000
 _COMMAND_IN_WORDS = re.compile(r"\(gimbal-hil experiment (\w+)\)")
 
 
@@ -313,6 +315,16 @@ def after_effects(shown: str | None, sequence: str | None) -> str:
 def after_point(folder: Path, run: Path | None) -> str:
     """The proof that the log is what it says; a daemon's goes on, and is looked at."""
     return command_line("replay", folder) if run is None else command_line("watch", run)
+
+
+def after_certificate(flights: int, folder: Path, config: Path | None, asked: Mapping[str, object]) -> str:
+    """Ten times as many flights, with those that were flown, up to what a certificate has; then whether this machine
+    can hold the rate.
+    """
+    if flights < _CERTIFICATE:
+        more = min(10 * flights, _CERTIFICATE)
+        return command_line("point", "--certify", more, "--resume", **asked, out=folder)
+    return command_line("doctor", config=config)
 
 
 def after_stow(run: Path) -> str:
