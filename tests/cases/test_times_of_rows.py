@@ -115,3 +115,24 @@ def test_a_torque_that_lags_leaves_an_inertia_whose_interval_holds_the_truth(
     found = {one["name"]: one for one in json.loads(capsys.readouterr().out)["axes"][0]["estimates"]}
     assert found["inertia"]["verdict"] == "identified"
     assert found["inertia"]["low"] <= TRUE["inertia"] <= found["inertia"]["high"]
+
+
+def test_milliseconds_that_are_not_even_are_told_their_unit_first_and_row_numbers_their_rate(tmp_path: Path) -> None:
+    with pytest.raises(
+        BadInputError, match=r"line \d+, column time_s: .*: --column time_s=time_s:ms for millisec"
+    ) as found:
+        read(tmp_path, at_times(2.5e0 * np.arange(ROWS), ".0f"))
+    assert "accepts" not in str(found.value)
+    numbered = read(tmp_path, at_times(np.arange(ROWS), ".0f"), rate_hz=500.0)
+    assert numbered.period_s == pytest.approx(0.002, rel=1e-9) and len(numbered) == ROWS
+
+
+def test_a_line_of_remarks_between_header_and_rows_hides_no_header(tmp_path: Path) -> None:
+    lines = LOG.text().splitlines()
+    assert len(read(tmp_path, "\n".join([lines[0], "connection lost", *lines[1:]]) + "\n")) == ROWS
+
+
+def test_columns_by_number_do_for_a_header_of_other_words(tmp_path: Path) -> None:
+    lines = LOG.text().splitlines()
+    words = ("time_s=1", "joint.torque=2", "joint.position=3")
+    assert len(read(tmp_path, "\n".join(["time_s,joint.torque", *lines[1:]]) + "\n", *words)) == ROWS

@@ -197,3 +197,36 @@ def test_what_a_library_says_when_it_drops_a_broken_file_is_not_printed(files: d
         cut[-1].write_bytes(data[: round(share * len(data))])
     told = subprocess.run([sys.executable, "-c", _READ_ALL, *map(str, cut)], capture_output=True, text=True, check=True)
     assert told.stderr == "" and "MF4" in told.stdout
+
+
+MULTIPLEXED = """VERSION ""
+NS_ :
+BS_:
+BU_: HOST SERVO
+BO_ 2566844926 Status: 8 SERVO
+ SG_ Sel M : 0|8@1+ (1,0) [0|0] "" HOST
+ SG_ Angle m0 : 8|24@1- (0.0001,0) [0|0] "rad" HOST
+ SG_ Temp m1 : 8|8@1+ (1,-40) [0|0] "degC" HOST
+BO_ 512 Cmd: 8 SERVO
+ SG_ Torque : 7|16@0- (0.001,0) [0|0] "N m" HOST
+"""
+
+
+def test_of_a_multiplexed_message_the_frames_without_a_signal_are_no_rows_of_it(tmp_path: Path) -> None:
+    pytest.importorskip("can")
+    pytest.importorskip("cantools")
+    angle, torque = np.round(np.sin(np.arange(500) / 40.0), 4), np.round(np.cos(np.arange(500) / 40.0), 3)
+    lines = []
+    for row, (q, u) in enumerate(zip(angle, torque, strict=True)):
+        at, identifier = 1_700_000_000.0 + 0.002 * row, 2566844926 & 0x1FFFFFFF
+        carried = bytes([0]) + round(q * 1e4).to_bytes(3, "little", signed=True) + bytes(4)
+        lines.append(f"({at:.6f}) can0 {identifier:08X}#{carried.hex()}")
+        if row % 40 == 20:
+            lines.append(f"({at + 2e-4:.6f}) can0 {identifier:08X}#{bytes([1, 65, *bytes(6)]).hex()}")
+        lines.append(f"({at:.6f}) can0 200#{(round(u * 1e3).to_bytes(2, 'big', signed=True) + bytes(6)).hex()}")
+    (tmp_path / "bus.log").write_text("\n".join(lines) + "\n")
+    (tmp_path / "bus.dbc").write_text(MULTIPLEXED)
+    words = ColumnMap.of_words(["joint.position=Status.Angle", "joint.torque=Cmd.Torque"])
+    table = read_signals(tmp_path / "bus.log", ("joint",), columns=words)
+    assert len(table) == 500 and table.period_s == pytest.approx(0.002, rel=1e-6)
+    assert table.position("joint") == pytest.approx(angle, abs=1e-9)

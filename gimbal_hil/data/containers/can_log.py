@@ -6,6 +6,7 @@ The DBC lies beside the recording: with its name and the ending .dbc, or as the 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -96,6 +97,22 @@ def _frames(path: Path) -> list[tuple[float, int, bytes]]:
         ]
 
 
+def _of_message(
+    name: str, time_s: Floats, rows: Sequence[Json], signals: Sequence[str], units: Mapping[str, str]
+) -> Iterator[SampledGroup]:
+    """One group of the signals that all frames of a message carry, and one for each selector of a multiplexed one."""
+    together: dict[bytes, dict[str, Floats]] = {}
+    for signal in signals:
+        carried = np.array([signal in row for row in rows], np.bool_).tobytes()
+        values = np.array([float(row[signal]) for row in rows if signal in row])
+        if len(values):
+            together.setdefault(carried, {})[f"{name}.{signal}"] = values
+    for carried, columns in together.items():
+        inside = np.frombuffer(carried, dtype=np.bool_)
+        called = name if inside.all() else f"{name} with {next(iter(columns)).removeprefix(f'{name}.')}"
+        yield SampledGroup(called, time_s[inside], columns, {one: units[one] for one in columns if one in units})
+
+
 def _contents(
     path: Path,
     database: Any,
@@ -106,14 +123,11 @@ def _contents(
 ) -> Contents:
     filled = {name: found for name, found in rows.items() if found}
     times = from_first({name: np.array([stamp for stamp, _ in found]) for name, found in filled.items()})
-    groups = []
+    groups: list[SampledGroup] = []
     for name, found in filled.items():
         signals = database.get_message_by_name(name).signals
-        columns: dict[str, Floats] = {
-            f"{name}.{one.name}": np.array([float(row.get(one.name, np.nan)) for _, row in found]) for one in signals
-        }
         units = {f"{name}.{one.name}": str(one.unit) for one in signals if one.unit}
-        groups.append(SampledGroup(name, times[name], columns, units))
+        groups += _of_message(name, times[name], [row for _, row in found], [one.name for one in signals], units)
     notes = [f"decoded by {dbc.name}"]
     if unknown:
         notes.append(f"{len(unknown)} identifiers are not in it: {', '.join(f'{x:X}' for x in sorted(unknown)[:8])}")

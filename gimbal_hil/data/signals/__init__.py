@@ -1,5 +1,6 @@
 """The signals table: measured data from run folders, CSV and Parquet, checked when read; logs on one time grid."""
 
+from gimbal_hil.data.signals.clock import LONGEST_PERIOD_S, smaller_unit
 from gimbal_hil.data.signals.column_map import ColumnMap
 from gimbal_hil.data.signals.guessing import contents_of_table, guessed_words, is_read_by
 from gimbal_hil.data.signals.reading import LogReading, read_signals, read_together, signals_of_run
@@ -10,6 +11,7 @@ from gimbal_hil.data.signals.table_file import TableKind, csv_metadata, replacin
 from gimbal_hil.data.signals.units import unit_of, units_of
 
 __all__ = [
+    "LONGEST_PERIOD_S",
     "ColumnMap",
     "LogReading",
     "RigidBody",
@@ -28,6 +30,7 @@ __all__ = [
     "read_together",
     "replacing",
     "signals_of_run",
+    "smaller_unit",
     "unit_of",
     "units_of",
     "write_signals",

@@ -15,6 +15,10 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals.table import JITTER_LIMIT, TIME
 from gimbal_hil.data.tables import RawColumns
 
+#: slower logs hold nothing of what friction and joints do; a period in milliseconds looks like one
+LONGEST_PERIOD_S = 0.1
+#: smaller units of time, s
+_SMALLER = ((1e-3, "milliseconds", "ms"), (1e-6, "microseconds", "us"), (1e-9, "nanoseconds", "ns"))
 #: stamps of an even clock lie within a band of this many of its own resolutions about a straight line: one by rounding
 #: or cutting, the rest by what the ends of a short log do to the line
 _STRAIGHT = 1.5
@@ -83,6 +87,15 @@ def with_counted_times(
         f"{rate:.6g} Hz from zero, and none was left out"
     )
     return _at(raw, rows, counted)
+
+
+def smaller_unit(period_s: float) -> tuple[str, str] | None:
+    """The unit of time, in words and short, in which rows that are too far apart for a log in seconds are near enough;
+    None for those that are.
+    """
+    if period_s <= LONGEST_PERIOD_S:
+        return None
+    return next((unit[1:] for unit in _SMALLER if unit[0] * period_s <= LONGEST_PERIOD_S), _SMALLER[-1][1:])
 
 
 def evened(time_s: NDArray[np.float64]) -> NDArray[np.float64]:

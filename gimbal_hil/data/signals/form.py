@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from firmware_protocol.documents import LARGEST_NUMBER
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers import command_line, time_among
-from gimbal_hil.data.signals.clock import evened, with_counted_times
+from gimbal_hil.data.signals.clock import evened, smaller_unit, with_counted_times
 from gimbal_hil.data.signals.guessing import guessed_words, is_read_by
 from gimbal_hil.data.signals.kept_rows import (
     FEWEST_ROWS,
@@ -73,9 +73,13 @@ def _remedies(raw: RawColumns, named: AxisNames, repair: Repair, trials: Sequenc
             repair, resample=repair.resample or trial.resample, drop_invalid=repair.drop_invalid or trial.drop_invalid
         )
         try:
-            kept = _table(raw, named, tried)[1]
+            table, kept = _table(raw, named, tried)
         except BadInputError:
             continue
+        if (unit := smaller_unit(table.period_s)) is not None:
+            # what would be refused next
+            option = command_line([f"{TIME}={raw.called.get(TIME, TIME)}:{unit[1]}"])
+            return f"in seconds, where rows are {table.period_s:.4g} apart: {option} for {unit[0]}"
         rows = len(next(iter(raw.values.values()))) + len(raw.odd)
         if kept >= _WORTH_KEEPING * rows:
             found.append(f"{'--resample' if trial.resample else '--drop-invalid'} (keeps {kept} of {rows} rows)")
