@@ -67,7 +67,9 @@ def test_a_motion_that_decides_is_the_hold_out_of_the_next_call(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     made = ((("inertia", "inner"),), Option("settle", "inner", 1234.0, 20.7))
-    finding = cast(Finding, SimpleNamespace(kind=Kind.CANNOT_JUDGE, result=None))
-    for found, said in ((made, "give its log as the --holdout"), (None, "no motion of the antenna's own")):
+    hidden = (("inertia", "inner"), ("viscous", "outer"))
+    finding = cast(Finding, SimpleNamespace(kind=Kind.CANNOT_JUDGE, result=SimpleNamespace(hidden=hidden)))
+    for found, said in ((made, "its log is the --holdout"), (None, "no motion inside the limits")):
         monkeypatch.setattr(improvement, "showing_run", lambda *_, found=found: found)
-        assert said in write_settling(tmp_path / "s.yaml", finding, shipped_settings(), 1, lambda text: None)
+        line = write_settling(tmp_path / "s.yaml", finding, shipped_settings(), 1, lambda text: None)
+        assert said in line and ("viscous on outer" in line) == (found is not None)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import butter, filtfilt
 
 from gimbal_hil.knowledge.discrepancy.twin.smoothing import (
     Bands,
@@ -94,3 +95,14 @@ def test_a_joint_breaks_away_as_sharply_where_less_is_scored(hz: float) -> None:
     # a sixtieth of a second before and after: what friction, a function of the rate's sign, sees of a reversal
     before, after = np.abs(v[4983, 0]), v[5017, 0]
     assert before < 0.02 * after
+
+
+def test_the_noise_of_a_smoothed_position_is_taken_off_where_the_joint_rests() -> None:
+    """A drive that smooths its encoder leaves nothing beyond the smoothing by which its noise could be known."""
+    bands, t = Bands(12.5, 1e-3), np.arange(20001) * 1e-3
+    moving = np.where(t < 12.0, np.sin(2.0 * np.pi * 0.25 * t), 0.0)
+    noise = filtfilt(*butter(2, 50.0, fs=1000.0), 1e-5 * np.random.default_rng(3).standard_normal(len(t)))
+    position = (moving + noise)[:, None]
+    _, quiet, _ = interval_means(position, bands)
+    rest = slice(13000, 19500)
+    assert np.std(quiet[rest]) < 0.5 * np.std((quiet + taken_off(position, quiet, bands))[rest])

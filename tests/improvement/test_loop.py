@@ -97,7 +97,7 @@ def test_a_cause_that_the_judging_motion_does_not_show_gets_a_hold_out_that_does
     verdicts = [one.verdict for one in done.diagnoses]
     # what was taken over may be looked at once more on what was measured already, before a new motion judges it
     assert verdicts[:2] == ["ambiguous", "named"]
-    assert set(verdicts[2:]) == {"no_discrepancy"}
+    assert set(verdicts[2:]) == {"no_discrepancy"} and len(verdicts) <= 4
 
 
 @pytest.mark.heavy

@@ -97,12 +97,31 @@ def test_a_torque_that_the_actuator_cannot_give_is_found() -> None:
     assert (found.column, found.rows) == ("joint.torque", (700, 4000))
 
 
-def test_a_loop_that_asks_for_more_than_there_is_is_read() -> None:
-    """A command beyond the limit that comes and goes in small steps: the actuator gives what it can."""
+def saturated() -> np.ndarray:
+    """A command that goes beyond the limit and comes back in small steps: the actuator gives what it can."""
     torque = table().torque("joint").copy()
     torque[700:800] += 5.0 * np.sin(np.pi * np.arange(100) / 100)
     assert np.count_nonzero(np.abs(torque) > 1.2 * 3.0) > 40
-    assert not [found for found in impossible_rows(joint(), table(torque=torque)) if "cannot give" in found.what]
+    return torque
+
+
+def test_a_loop_that_asks_for_more_than_there_is_is_read() -> None:
+    assert not list(impossible_rows(joint(), table(torque=saturated())))
+
+
+@pytest.mark.parametrize(("rows", "to"), [((4000,), 317.0), ((4000,), 6.0), ((4000, 4001, 4002), -6.0)])
+def test_a_saturated_loop_hides_no_torque_that_cannot_be(rows: tuple[int, ...], to: float) -> None:
+    torque = saturated()
+    torque[list(rows)] = to
+    (found,) = impossible_rows(joint(), table(torque=torque))
+    assert found.rows == rows
+
+
+def test_a_saturated_loop_hides_no_torque_that_did_nothing() -> None:
+    torque = saturated()
+    torque[[2000, 4000]] += 2.5
+    (found,) = impossible_rows(joint(), table(torque=torque))
+    assert found.rows == (2000, 4000) and "did nothing" in found.what
 
 
 def test_negative_numbers_that_were_read_without_their_sign_are_told_as_that() -> None:

@@ -35,6 +35,9 @@ _ANSWERED, _SEEN = 0.25, 4.0
 #: encoder steps that a joint that slides goes to either side of such a torque, and what its neighbours have of it
 _SLIDES, _ALONE = 20.0, 0.3
 
+#: a saturated loop goes beyond the limit in steps below this share of it
+_STEP_OF_A_LOOP = 0.3
+
 _UNSIGNED = "as a signed number does that is read without its sign"
 
 
@@ -52,25 +55,34 @@ def impossible_torques(model: AntennaModel, table: SignalsTable, axis: str) -> I
     elif (rows := _tops(torque, most)) is not None:
         what = f"is never negative and jumps to the top of its range, {_UNSIGNED}"
         yield Impossible(column, rows, what, ColumnFault.UNSIGNED)
-    elif 0 < len(jumped := _jumped(torque, beyond, size)) <= MOST_REPAIRED * len(torque):
-        yield Impossible(column, tuple(jumped.tolist()), "with a torque that the actuator cannot give")
+    else:
+        yield from _not_given(model, table, axis, torque, _jumped(torque, beyond, size) if limit > 0.0 else beyond)
+
+
+def _not_given(
+    model: AntennaModel, table: SignalsTable, axis: str, torque: Floats, beyond: NDArray[np.int64]
+) -> Iterator[Impossible]:
+    """Torques that the actuator cannot give, or that did nothing to the motion, or that were held, the first kind."""
+    column, few = f"{axis}.torque", MOST_REPAIRED * len(torque)
+    if 0 < len(beyond) <= few:
+        yield Impossible(column, tuple(beyond.tolist()), "with a torque that the actuator cannot give")
     elif len(beyond) == 0:
         without = _unanswered(model, table, axis, torque)
-        if 0 < len(without) <= MOST_REPAIRED * len(torque):
+        if 0 < len(without) <= few:
             yield Impossible(column, tuple(without.tolist()), "which did nothing to the motion")
         else:
             yield from held_torques(model, table, axis)
 
 
 def _jumped(torque: Floats, beyond: NDArray[np.int64], size: float) -> NDArray[np.int64]:
-    """Of rows beyond the actuator those in a stretch that begins or ends with a jump of its size: a loop that asks for
-    more than there is comes there and goes in small steps, and the actuator gives what it can.
+    """Of rows beyond the actuator those in a stretch that begins or ends with a step which a loop does not make: that
+    comes there and goes in small ones, and the actuator gives what it can.
     """
     if len(beyond) == 0:
         return beyond
     stretches = np.split(beyond, np.flatnonzero(np.diff(beyond) > 1) + 1)
     steps = np.abs(np.diff(torque, prepend=torque[:1], append=torque[-1:]))
-    jumps = [part for part in stretches if max(steps[part[0]], steps[part[-1] + 1]) > size]
+    jumps = [part for part in stretches if max(steps[part[0]], steps[part[-1] + 1]) > _STEP_OF_A_LOOP * size]
     return np.concatenate([beyond[:0], *jumps])
 
 

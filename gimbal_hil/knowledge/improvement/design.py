@@ -77,13 +77,14 @@ class Design:
 @dataclass(frozen=True)
 class DesignTask:
     """What a motion is designed for and within what: the question, loops and limits of the antenna, time that is used
-    up.
+    up, and what else the antenna may be, on which the motion has to keep to the budgets too.
     """
 
     question: MotionQuestion
     settings: DaemonSettings
     budgets: Budgets
     used_s: float = 0.0
+    may_be: tuple[AntennaModel, ...] = ()
 
 
 def designed(
@@ -189,6 +190,11 @@ def _whole(task: DesignTask, motion: LapMotion) -> Design | None:
     found = _rehearsed(task, motion)
     if found is None:
         return None
+    experiment = experiment_of_motion(motion, "a trial", task.settings, task.budgets)
+    for model in task.may_be:
+        rehearsal = rehearse(experiment, task.settings, model)
+        if task.budgets.refusal(experiment, rehearsal, task.settings.rate_hz, task.used_s) is not None:
+            return None
     shown = task.question.shown(found[0])
     return Design(motion, shown.expected(), shown.needed(), found[1])
 

@@ -7,12 +7,14 @@ A-optimality, the sum of the variances of these numbers, each in units of the er
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy import (
     Floats,
@@ -20,6 +22,7 @@ from gimbal_hil.knowledge.discrepancy import (
     Result,
     Twin,
     command_residual,
+    explained_by,
     number_errors,
     prior_weights,
     record_of,
@@ -47,7 +50,7 @@ class HiddenNumbers:
         record = record_of(table, self.twin.model, self.twin.records[0].bands.scored_hz, "rehearsal")
         there = Twin(self.twin.model, (record,), self.twin.gyro_everywhere)
         each = tuple(self._apart(there, error) for error in self.errors)
-        return HiddenShown(each, int(record.keep.sum()), self.least_gap)
+        return HiddenShown(each, int(record.keep.sum()) * len(there.channels), self.least_gap)
 
     def _apart(self, there: Twin, error: NumberError) -> Apart:
         """What an error leaves of a table, and what the other known numbers, held by the logs so far, do about it."""
@@ -63,7 +66,7 @@ class HiddenNumbers:
 
 @dataclass(frozen=True)
 class HiddenShown:
-    """What every error leaves of a table, its scored rows, and the floors that are no gap."""
+    """What every error leaves of a table, its scored rows times channels, and the floors that are no gap."""
 
     errors: tuple[Apart, ...]
     rows: int
@@ -75,8 +78,15 @@ class HiddenShown:
         return 0.0 if np.any(left <= 0.0) else float(1.0 / np.sum(1.0 / left))
 
     def needed(self, times: int = 1) -> float:
-        """Squared floors that are a gap in so many such tables by themselves."""
+        """Squared floors of a gap on every channel, in the rows of so many such tables by themselves."""
         return self.least_gap**2 * times * self.rows / SPREAD
+
+
+def _may_be(model: AntennaModel, twin: Twin, errors: tuple[NumberError, ...]) -> Iterator[AntennaModel]:
+    """The model with each of the errors, as far as a body can have it: nobody knows which of them the antenna is."""
+    for error in errors:
+        with suppress(BadInputError):
+            yield explained_by(model, twin, error.off)
 
 
 def showing_run(
@@ -95,7 +105,8 @@ def showing_run(
     if not errors:
         return None
     question = HiddenNumbers(errors, now, replace(inquiry.twin, scales=None), inquiry.floor, inquiry.policy.least_gap)
-    task = DesignTask(question, settings, budgets_of(settings, ANTENNA_S, 1, {}, {}))
+    budgets = budgets_of(settings, ANTENNA_S, 1, {}, {})
+    task = DesignTask(question, settings, budgets, may_be=tuple(_may_be(now, inquiry.twin, errors)))
     words = ", ".join(f"{name.replace('_', ' ')} of {axis}" for name, axis in labels)
     made = written(task, f"Made to show {words}", labels[0][1], now, path, executor, tell)
     return None if made is None else (labels, made)

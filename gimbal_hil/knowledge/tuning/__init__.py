@@ -1,7 +1,7 @@
 """Margins of the loops as implemented, and the gains with the least error that keep them."""
 
 from gimbal_hil.knowledge.tuning.aims import Aim
-from gimbal_hil.knowledge.tuning.assumed import AssumedNumber, assumed_numbers, caution
+from gimbal_hil.knowledge.tuning.assumed import AssumedNumber, assumed_numbers, caution, is_assumed
 from gimbal_hil.knowledge.tuning.axis_cases import axis_cases, axis_inertias, told_wrong
 from gimbal_hil.knowledge.tuning.choosing import LoopChoice, LoopFigures, TuningTask, figures
 from gimbal_hil.knowledge.tuning.loops import (
@@ -55,6 +55,7 @@ __all__ = [
     "encirclements",
     "errors",
     "figures",
+    "is_assumed",
     "largest_pole",
     "laws_of",
     "least_margin",

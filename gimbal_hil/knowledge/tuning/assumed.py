@@ -45,10 +45,10 @@ def assumed_numbers(model: AntennaModel) -> tuple[AssumedNumber, ...]:
     found = []
     for axis in model.axes:
         for path in (model.own_inertia_path(axis) if one == "own" else one for one in _NUMBERS):
-            quantity = model.numbers[axis, path]
-            if (quantity.source or "").startswith(_WORD):
-                unit = quantity.unit or NUMBER_AT[path].unit_for(model.is_linear)
-                found.append(AssumedNumber(axis, path, quantity.value, unit))
+            number = model.numbers[axis, path]
+            if is_assumed(model, axis, path):
+                unit = number.unit or NUMBER_AT[path].unit_for(model.is_linear)
+                found.append(AssumedNumber(axis, path, number.value, unit))
         for given, entry in zip(model.file.effects, model.effects, strict=True):
             if entry.axis != axis or entry.effect.name not in _EFFECTS:
                 continue
@@ -57,6 +57,12 @@ def assumed_numbers(model: AntennaModel) -> tuple[AssumedNumber, ...]:
                     called = f"{entry.effect.name}.{name}"
                     found.append(AssumedNumber(axis, called, entry.value(name), str(raw.get("unit", ""))))
     return tuple(found)
+
+
+def is_assumed(model: AntennaModel, axis: str, path: str) -> bool:
+    """Whether the source of a number says that it is assumed."""
+    number = model.numbers.get((axis, path))
+    return number is not None and (number.source or "").startswith(_WORD)
 
 
 def caution(numbers: tuple[AssumedNumber, ...]) -> str:

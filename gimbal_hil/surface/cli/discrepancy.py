@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 #: options that take several values after one another
 MANY_VALUED = ("--measured", "--holdout", "--column")
-SETTLE_HELP = f"Of a verdict that is open, the motion that settles it too ({SETTLE_FILE}): a minute more."
+SETTLE_HELP = f"Of ambiguous and cannot_judge, the motion that settles it too ({SETTLE_FILE}): a minute more."
 WRITE_EFFECT_HELP = "Of a described formula, the skeleton of an effect of your own too."
 MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE = (
     "model.yaml",
@@ -191,8 +191,6 @@ def _told(
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO
-    from gimbal_hil.knowledge.discrepancy import Kind
-    from gimbal_hil.knowledge.tuning import assumed_numbers
     from gimbal_hil.surface.cli.following import after_discrepancy, print_next
 
     verdict = finding.verdict.document
@@ -200,15 +198,11 @@ def _told(
     if not as_json:
         if settling:
             print(settling)
-        model, made = finding.result.model, asked.out / SETTLE_FILE
-        assumed = len(assumed_numbers(model)) if finding.kind is Kind.CANNOT_JUDGE else 0
+        axes, made = len(finding.result.model.axes), asked.out / SETTLE_FILE
+        assumed = _assumed_and_hidden(finding)
         if assumed:
-            print(f"  why: {assumed_words(assumed)}")
-        print_next(
-            after_discrepancy(
-                verdict, asked.model, len(model.axes), asked.out, asked.logs, made, unmeasured=assumed > 0
-            )
-        )
+            print(f"  why: {_assumed_words(assumed, axes)}")
+        print_next(after_discrepancy(verdict, asked.model, axes, asked.out, asked.logs, made, unmeasured=assumed > 0))
     # where no name fits is unexplained to whoever asked before laws were told
     failed = bool({finding.kind.value, *_ALSO.get(finding.kind.value, ())} & fails)
     if junit is not None:
@@ -216,12 +210,27 @@ def _told(
     return EXIT_NO if failed else EXIT_DONE
 
 
-def assumed_words(count: int) -> str:
+def _assumed_and_hidden(finding: Finding) -> int:
+    """How many of the numbers that keep logs from judging the model nobody measured."""
+    from gimbal_hil.knowledge.discrepancy import Kind
+    from gimbal_hil.knowledge.tuning import is_assumed
+    from sim_backend.effects import CATALOGUE
+
+    if finding.kind is not Kind.CANNOT_JUDGE:
+        return 0
+    model = finding.result.model
+    paths = ((axis, CATALOGUE[name].parameters[0].path) for name, axis in finding.result.hidden)
+    return sum(is_assumed(model, axis, model.number_path(axis, path)) for axis, path in paths if path)
+
+
+def _assumed_words(count: int, axes: int) -> str:
     """Why logs cannot judge a model of which nobody measured so many numbers, and what to do."""
-    counted = "one number of the model is" if count == 1 else f"{count} numbers of the model are"
+    counted = "one of these numbers is" if count == 1 else f"{count} of these numbers are"
+    # no experiment moves a single axis
+    measure = "Measure friction (experiment sliding, then identify)" if axes > 1 else "Measure them (identify LOG)"
     return (
-        f"{counted} assumed, which counts as known to 50 %, and an error within that is no gap. Measure friction "
-        "(experiment sliding, then identify), and write beside what you know better how well (uncertainty: 5%)."
+        f"{counted} assumed, which counts as known to 50 %, and an error within that is no gap. {measure}, and write "
+        "beside what you know better how well (uncertainty: 5%)."
     )
 
 

@@ -45,9 +45,13 @@ def write_settling(
         with open_executor(workers) as executor:
             showing = showing_run(finding.result, settings, path, executor, tell)
         if showing is None:
-            return "no motion of the antenna's own would decide it"
-        seconds = showing[1].duration_s
-        return f"to decide it: {path}, {seconds:.0f} s; run it and give its log as the --holdout"
+            return "  no motion inside the limits of the antenna shows all of it"
+        labels, made = showing
+        left = [f"{name} on {axis}" for name, axis in finding.result.hidden if (name, axis) not in labels]
+        stays = (
+            f"; it does not show {', '.join(left)}, of which the model file itself allows half or twice" if left else ""
+        )
+        return f"  a motion that shows it: {path}, {made.duration_s:.0f} s; run it, its log is the --holdout{stays}"
     with open_executor(workers) as executor:
         found = settling_run(finding.result, settings, path, executor, tell)
     if found is None:

@@ -92,9 +92,7 @@ class Noise:
         return replace(self, floors=tuple(lower))
 
     def at_most(self, left: Floats) -> Noise:
-        """The same where an explanation leaves less than a floor, rms per channel, of rows that it was not fitted to:
-        that floor is none.
-        """
+        """The same where an explanation leaves less than a floor, rms per channel: that floor is none."""
         lower = tuple(
             replace(floor, rms=min(floor.rms, max(float(rest), 1e-12)))
             for floor, rest in zip(self.floors, left, strict=True)

@@ -121,7 +121,9 @@ def encoder_squares(
     )
     edge = scoring_reach(bands) // bands.stride + 1
     drawn = _of_another_draw(wide, left, structure, P, channel)
-    return float(np.mean(np.concatenate([scored(part[:, None], bands)[edge:-edge, 0] ** 2 for part in drawn])))
+    squares = np.concatenate([scored(part[:, None], bands)[edge:-edge, 0] ** 2 for part in drawn])
+    # of logs that are shorter than the ends of the filters nothing is left
+    return float(np.mean(squares)) if len(squares) else 0.0
 
 
 def _of_another_draw(
