@@ -139,6 +139,14 @@ def test_a_gap_is_refused_cut_at_or_filled_with_torques_between_its_ends(tmp_pat
     assert filled.position("outer")[20] == pytest.approx(np.sin(20 / 9))
 
 
+def test_a_torque_that_is_sent_more_slowly_than_the_rows_is_held_between_its_samples(tmp_path: Path) -> None:
+    """Empty cells between are no missing rows; and of rows that are missing a long stretch is not bridged."""
+    held = np.repeat(np.random.default_rng(5).normal(size=40), 10)
+    lines = [HEADER] + [f"{k * 1e-3:.6f},{held[k] if k % 10 == 0 else ''},{k * 1e-3},0,0" for k in range(391)]
+    table = read_signals(write_lines(tmp_path / "log.csv", lines), AXES, resample=True)
+    assert table.torque("outer")[:380] == pytest.approx(held[:380], abs=1e-9)
+
+
 def test_resampling_keeps_the_impulse_of_the_torque_and_the_line_of_the_position(tmp_path: Path) -> None:
     random = np.random.default_rng(3)
     times = np.arange(400) * 1e-3 + random.uniform(-3e-4, 3e-4, 400)

@@ -13,6 +13,7 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals import ColumnMap, SignalsTable, read_signals
+from gimbal_hil.data.tables.moments import seconds_of
 from tests.tables.joint import HEADER, ROWS, Q, T, U, grouped, lines
 
 NAMED = ("time_s=t", "joint.torque=tau", "joint.position=q")
@@ -90,6 +91,7 @@ def test_a_table_is_read_however_it_was_written(tmp_path: Path, form: str) -> No
         lambda t: f"2024-02-29 23:59:{59 + t:09.6f}" if t < 1.0 else f"2024-03-01T00:00:{t - 1:09.6f}Z",
         lambda t: f"29.02.2024 23:59:{59 + t:09.6f}" if t < 1.0 else f"01.03.2024 00:00:{t - 1:09.6f}",
         lambda t: f"23:59:{59 + t:09.6f}" if t < 1.0 else f"00:00:{t - 1:09.6f}",
+        lambda t: f"2024-01-31 23:59:{59 + t:09.6f}" if t < 1.0 else f"2024-02-01 00:00:{t - 1:09.6f}",
         lambda t: f"0 days 00:00:{t:09.6f}",
         lambda t: f"2/29/2024 11:59:{59 + t:09.6f} AM" if t < 1.0 else f"2/29/2024 12:00:{t - 1:09.6f} PM",
         lambda t: f"11:59:{59 + t:09.6f} p.m." if t < 1.0 else f"12:00:{t - 1:09.6f} a.m.",
@@ -279,3 +281,9 @@ def test_a_column_that_is_missing_is_told_with_the_words_that_its_file_suggests(
     table = read(tmp_path / "log.csv", text, tuple(suggested))
     assert np.allclose(table.position("joint"), np.radians(Q), atol=1e-6)
     assert np.allclose(table.torque("joint"), 1e-3 * U, atol=1e-6)
+
+
+def test_dates_that_begin_with_the_year_have_their_month_next() -> None:
+    """However close together days of another order would lie."""
+    found = seconds_of([f"2026-{month:02d}-01" for month in range(1, 5)])
+    assert found is not None and found.tolist() == [0.0, 31 * 86400.0, 59 * 86400.0, 90 * 86400.0]

@@ -80,7 +80,7 @@ def resample_rows(
         else:
             signal = name.rpartition(".")[2]
             if signal in _TORQUES:
-                at, values = _with_missing_rows(at, values, own)
+                at, values = _with_missing_rows(at, values)
             values = np.unwrap(values) if name in BASE_ANGLES else values
             columns[name] = _on_grid(signal, at, values, grid, period)
     before = np.searchsorted(time_s, grid + 1e-6 * own, side="right") - 1
@@ -100,12 +100,13 @@ def parted_rows(time_s: Floats) -> NDArray[np.int64]:
     return np.flatnonzero(steps > (LONGEST_BRIDGED + GAP_PERIODS) * usual) + 1
 
 
-def _with_missing_rows(at: Floats, values: Floats, period: float) -> tuple[Floats, Floats]:
+def _with_missing_rows(at: Floats, values: Floats) -> tuple[Floats, Floats]:
     """Times and torques with those of the rows that are missing, straight between their neighbours: the last torque
-    before a gap was not in force all over it.
+    before a short gap was not in force all over it. A torque that is sent more slowly than the rows misses none.
     """
-    steps = np.diff(at) / period
-    missing = np.where(steps > _MISSING_PERIODS, np.round(steps) - 1.0, 0.0).astype(np.int64)
+    steps = np.diff(at) / float(np.median(np.diff(at)))
+    gaps = (steps > _MISSING_PERIODS) & (steps < LONGEST_BRIDGED + GAP_PERIODS)
+    missing = np.where(gaps, np.round(steps) - 1.0, 0.0).astype(np.int64)
     if not missing.any():
         return at, values
     before = np.flatnonzero(missing)

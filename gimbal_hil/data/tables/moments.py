@@ -53,7 +53,7 @@ def seconds_of(cells: Sequence[str | None]) -> Floats | None:
             seconds += _DAY_S * int(part["days"])
         found[row] = seconds
     if dates:
-        days = _days(dates)
+        days = _days(dates, closest=form is _YEAR_LAST)
         if days is None:
             return None
         found[list(days)] += _DAY_S * np.fromiter(days.values(), np.float64)
@@ -90,10 +90,10 @@ def seconds_of_array(values: np.ndarray) -> Floats:
     return np.where(empty, np.nan, (counts - first) * 1e-9)
 
 
-def _days(dates: Mapping[int, tuple[str, str, str]]) -> dict[int, float] | None:
+def _days(dates: Mapping[int, tuple[str, str, str]], closest: bool) -> dict[int, float] | None:
     """Days since the first one by row, of year, month and day as they are written; None where no order of them has such
     days. Months and days stand in the order of either side of the ocean, the same in all rows: where both make sense,
-    the one in which the rows lie closer together.
+    the one in which the rows lie `closest`, or, of dates that begin with the year, the usual one.
     """
     best: dict[tuple[str, str, str], float] = {}
     for order in ((0, 1, 2), (0, 2, 1)):
@@ -101,7 +101,7 @@ def _days(dates: Mapping[int, tuple[str, str, str]]) -> dict[int, float] | None:
             known = {date: _day(*(int(date[k]) for k in order)) for date in set(dates.values())}
         except ValueError:
             continue
-        if not best or np.ptp(list(known.values())) < np.ptp(list(best.values())):
+        if not best or (closest and np.ptp(list(known.values())) < np.ptp(list(best.values()))):
             best = known
     return {row: best[date] - min(best.values()) for row, date in dates.items()} if best else None
 
