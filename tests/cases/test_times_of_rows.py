@@ -54,6 +54,13 @@ def test_of_the_rates_that_stamps_allow_the_roundest_is_taken_or_the_stated_one(
     assert read(tmp_path, text, rate_hz=499.99).period_s == pytest.approx(1.0 / 499.99, rel=1e-9)
 
 
+def test_days_with_few_digits_are_asked_for_their_unit_and_then_read(tmp_path: Path) -> None:
+    text = at_times(LOG.time / 86400.0, ".7f")
+    with pytest.raises(BadInputError, match=r"--column time_s=COLUMN:UNIT \(they are read as seconds\)"):
+        read(tmp_path, text)
+    assert read(tmp_path, text, "time_s=time_s:d", resample=True).period_s == pytest.approx(0.002, rel=1e-6)
+
+
 @pytest.mark.parametrize("every", [10, 97])
 def test_rows_that_are_lost_at_even_distances_are_bridged_and_not_counted(tmp_path: Path, every: int) -> None:
     table = read(tmp_path, without(np.arange(every, ROWS - 1, every)).text(), resample=True)

@@ -6,6 +6,7 @@ import inspect
 import shlex
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,15 @@ LINES = [
     following.after_doctor(Path("c.yaml"), True),
     following.after_doctor(Path("c.yaml"), False, True),
 ]
+
+
+def test_a_log_of_axes_that_no_model_has_leads_to_a_model_of_them() -> None:
+    elbow = Checked(Path("log.csv"), FileKind.SIGNALS, "", unmodelled=("elbow",))
+    assert following.after_check([Path("log.csv")], [elbow]).endswith("--yes --kind rotary --axes elbow")
+    both = replace(elbow, unmodelled=("pan", "tilt"))
+    assert following.after_check([Path("log.csv")], [both]).endswith("--yes --kind gimbal --axes pan,tilt")
+    beside = [elbow, checked("m.yaml", FileKind.MODEL)]
+    assert following.after_check([Path("log.csv")], beside).startswith("gimbal-hil identify log.csv --model m.yaml")
 
 
 @pytest.mark.parametrize("line", LINES)

@@ -32,6 +32,8 @@ _NO_SCATTER = 1e-3
 _MOST_LOST = 0.25
 #: up to this share of rows that repeat a stamp are faults of single rows, and may be left out
 _FEW = 0.05
+#: no joint is logged so often: such times are in another unit
+_FASTEST_HZ = 2e5
 #: rates and periods are written with fewer digits; ends of a range belong to it, as far as an epoch has digits
 _MOST_DIGITS, _SAME = 10, 1e-6
 
@@ -75,11 +77,13 @@ def with_counted_times(
         )
     rate = (len(counted) - 1) / float(counted[-1] - counted[0])
     if not repair:
+        unit = f"the unit of these times, as in --column {TIME}=COLUMN:UNIT (they are read as seconds)"
+        counts = f"stamps with more digits; --rate {rate:.6g} counts the rows and leaves none out"
         raise BadInputError(
             where,
             f"repeats the stamp of the row before: {len(time_s)} rows have {stamps} stamps, an even clock of about "
             f"{rate:.6g} Hz with too few digits",
-            f"stamps with more digits; --rate {rate:.6g} counts the rows and leaves none out",
+            counts if rate < _FASTEST_HZ else unit,
         )
     shared = "one stamp" if stamps == 1 else f"{stamps} stamps"
     notes.append(

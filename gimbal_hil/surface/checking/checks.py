@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -35,12 +35,13 @@ _Look: TypeAlias = Callable[[Path, Json, tuple[str, ...]], "_Seen"]
 
 @dataclass(frozen=True)
 class _Seen:
-    """Of a file in order: `text`, `moves` and `reads_as` of `Checked`."""
+    """Of a file in order: the same fields of `Checked`."""
 
     text: str
     moves: bool = False
     reads_as: tuple[str, ...] = ()
     is_strange: bool = False
+    unmodelled: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,8 @@ class Checked:
     reads_as: tuple[str, ...] = ()
     #: whether some of its columns have to be named before a command can read it
     is_strange: bool = False
+    #: axes of a log of which no model is known
+    unmodelled: tuple[str, ...] = ()
 
     def as_dict(self) -> Json:
         """For JSON."""
@@ -122,7 +125,7 @@ def _carrying_first(axes: Json) -> tuple[str, ...]:
 def _checked(look: _Look, path: Path, kind: FileKind, document: dict[str, object], axes: tuple[str, ...]) -> Checked:
     try:
         seen = look(path, document, axes)
-        return Checked(path, kind, seen.text, moves=seen.moves, reads_as=seen.reads_as, is_strange=seen.is_strange)
+        return Checked(path, kind, **vars(seen))
     except BadInputError as refusal:
         return Checked(path, kind, "", (_alone(refusal), *refusal.others) if refusal.others else (refusal,))
     except GimbalHilError as error:
@@ -216,6 +219,8 @@ def _signals(path: Path, _document: dict[str, object], axes: tuple[str, ...], lo
             whole = is_read_by(words, named)
             lines = survey(contents_of_table(raw), words, whole)
             return _Seen("\n".join(lines), reads_as=words, is_strange=not whole)
+        axes = axes or _axes_in(raw.values)
+    axes = axes or _axes_in(columns.sources)
     if not axes:
         raise BadInputError(str(path), "axes are not known", "--axes NAME,NAME, or the model file beside it")
     table = read_signals(path, logs.model or axes, columns=columns)
@@ -223,7 +228,9 @@ def _signals(path: Path, _document: dict[str, object], axes: tuple[str, ...], lo
         questioned(logs.model, (table,), among_others=not logs.one)
         preflight(logs.model, (table,))
     notes = "".join(f"; {note}" for note in table.notes)
-    return _Seen(f"{len(table)} rows at {1.0 / table.period_s:g} Hz, axes {' and '.join(axes)}{notes}")
+    unmodelled = axes if logs.model is None and axes != (OUTER, INNER) else ()
+    text = f"{len(table)} rows at {1.0 / table.period_s:g} Hz, axes {' and '.join(axes)}{notes}"
+    return _Seen(text, unmodelled=unmodelled)
 
 
 def _is_a_strangers(raw: RawColumns, axes: tuple[str, ...]) -> bool:
@@ -231,6 +238,11 @@ def _is_a_strangers(raw: RawColumns, axes: tuple[str, ...]) -> bool:
     ours = {"time_s", *(f"{axis}.{signal}" for axis in axes for signal in ("position", "torque", "current"))}
     named = ours & {*raw.values, *raw.doubts} if axes else {name for name in raw.values if name.endswith(".position")}
     return not named and any(len(values) for values in raw.values.values())
+
+
+def _axes_in(names: Iterable[str]) -> tuple[str, ...]:
+    """Axes of which columns of a signals table hold a position, in their order."""
+    return tuple(name.removesuffix(".position") for name in names if name.endswith(".position"))
 
 
 def _is_ours(contents: Contents, axes: tuple[str, ...]) -> bool:

@@ -108,6 +108,10 @@ def after_check(given: Sequence[Path], checked: Sequence[Checked], columns: Sequ
         # the columns are known, and nothing yet of the joint that they belong to
         return command_line("init", _new(Path("mine")), "--yes", kind="rotary", axes="joint")
     configuration, model, plan = first.get("configuration"), first.get("model"), first.get("plan")
+    nobodys = next((one.unmodelled for one in checked if one.unmodelled), ())
+    if nobodys and model is None:
+        kind = "rotary" if len(nobodys) == 1 else "gimbal"
+        return command_line("init", _new(Path("mine")), "--yes", kind=kind, axes=",".join(nobodys))
     for kind in ("run folder", "signals table"):
         if kind in first:
             return command_line("identify", first[kind], model=model, column=columns, out="identified")

@@ -126,10 +126,11 @@ def _standing(
     taken = squares_of(without) - squares_of(state)
     channel = int(np.argmax(taken / np.maximum(squares_of(without), 1.0)))
     lead = state.hypothesis.causes[entries[0]]
-    # the first entry stands for all; a ripple of torque is the plainest of what is locked to position
-    one = without if len(entries) == 1 else refitted(inquiry, state, state.hypothesis.minus(entries[0]), rounds=4)
-    plainest = len(entries) > 1 and lead.family.ripple is Ripple.TORQUE
-    rivals = () if plainest else rivals_of(inquiry, path, one, state, label, missing)
+    # of several entries the one that was found first, which took most, stands for all; a ripple of torque is the
+    # plainest of what is locked to position, and needs no rival for its further orders
+    is_asked = len(entries) == 1 or lead.family.ripple is not Ripple.TORQUE
+    bereft = without if len(entries) == 1 else refitted(inquiry, state, state.hypothesis.minus(entries[0]), rounds=4)
+    rivals = rivals_of(inquiry, path, bereft, state, label, missing) if is_asked else ()
     late = gain_on(inquiry, without, state, "untouched")
     bare = refitted(inquiry, state, rest, rounds=0)
     # of a number that is off, the same number within its uncertainty took a part before

@@ -80,8 +80,8 @@ def rivals_of(
 ) -> tuple[Rival, ...]:
     """What could stand in the place of the cause with a label, beside everything else of a state, closest first.
 
-    `without` is the state without that cause, `path` what was tried on the way, and `missing` the share of what the
-    state leaves of each channel that can be predicted.
+    `without` is the state without that cause, or without the first of its entries, `path` what was tried on the way,
+    and `missing` the share of what the state leaves of each channel that can be predicted.
     """
     others = ((o, o.hypothesis.labels[-1]) for o in in_its_place(inquiry, path, without, state, label))
     # of a cause with several entries another one is nothing else
