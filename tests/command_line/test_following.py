@@ -115,8 +115,14 @@ def test_an_open_verdict_proposes_the_planned_run_or_one_that_dwells_where_the_g
 
 
 def test_numbers_that_nobody_measured_are_measured_where_they_keep_logs_from_judging() -> None:
-    line = following.after_discrepancy(OPEN | {"verdict": "cannot_judge"}, "m.yaml", 2, Path("v"), unmeasured=True)
+    line = following.after_discrepancy(
+        OPEN | {"verdict": "cannot_judge"}, "m.yaml", 2, Path("v"), assumed={"viscous", "inertia"}
+    )
     assert line == "gimbal-hil experiment sliding --model m.yaml --out sliding"
+    inertia = following.after_discrepancy(
+        OPEN | {"verdict": "cannot_judge"}, "m.yaml", 2, Path("v"), assumed={"inertia"}
+    )
+    assert inertia == "gimbal-hil check m.yaml"
     measured = following.after_discrepancy(OPEN | {"verdict": "cannot_judge"}, "m.yaml", 2, Path("v"))
     assert measured.startswith("gimbal-hil experiment survey ")
 

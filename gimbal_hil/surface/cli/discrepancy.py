@@ -202,7 +202,8 @@ def _told(
         assumed = _assumed_and_hidden(finding)
         if assumed:
             print(f"  why: {_assumed_words(assumed, axes)}")
-        print_next(after_discrepancy(verdict, asked.model, axes, asked.out, asked.logs, made, unmeasured=assumed > 0))
+        names = {name for name, _ in assumed}
+        print_next(after_discrepancy(verdict, asked.model, axes, asked.out, asked.logs, made, assumed=names))
     # where no name fits is unexplained to whoever asked before laws were told
     failed = bool({finding.kind.value, *_ALSO.get(finding.kind.value, ())} & fails)
     if junit is not None:
@@ -210,27 +211,32 @@ def _told(
     return EXIT_NO if failed else EXIT_DONE
 
 
-def _assumed_and_hidden(finding: Finding) -> int:
-    """How many of the numbers that keep logs from judging the model nobody measured."""
+def _assumed_and_hidden(finding: Finding) -> list[tuple[str, str]]:
+    """Of the numbers (effect, axis) that keep logs from judging the model those that nobody measured."""
     from gimbal_hil.knowledge.discrepancy import Kind
     from gimbal_hil.knowledge.tuning import is_assumed
     from sim_backend.effects import CATALOGUE
 
     if finding.kind is not Kind.CANNOT_JUDGE:
-        return 0
+        return []
     model = finding.result.model
-    paths = ((axis, CATALOGUE[name].parameters[0].path) for name, axis in finding.result.hidden)
-    return sum(is_assumed(model, axis, model.number_path(axis, path)) for axis, path in paths if path)
+    paths = [(name, axis, CATALOGUE[name].parameters[0].path) for name, axis in finding.result.hidden]
+    return [
+        (name, axis) for name, axis, path in paths if path and is_assumed(model, axis, model.number_path(axis, path))
+    ]
 
 
-def _assumed_words(count: int, axes: int) -> str:
-    """Why logs cannot judge a model of which nobody measured so many numbers, and what to do."""
-    counted = "one of these numbers is" if count == 1 else f"{count} of these numbers are"
-    # no experiment moves a single axis
-    measure = "Measure friction (experiment sliding, then identify)" if axes > 1 else "Measure them (identify LOG)"
+def _assumed_words(numbers: list[tuple[str, str]], axes: int) -> str:
+    """Why logs cannot judge a model of which nobody measured these numbers, and what to do."""
+    from sim_backend.effects import CATALOGUE
+
+    said = ", ".join(f"{CATALOGUE[name].asked_as or name} on {axis}" for name, axis in numbers)
+    # no experiment moves a single axis, and sliding says nothing of an inertia
+    friction = axes > 1 and any("friction" in (CATALOGUE[name].parameters[0].path or "") for name, _ in numbers)
+    measure = "Measure friction (experiment sliding, then identify), and write" if friction else "Write"
     return (
-        f"{counted} assumed, which counts as known to 50 %, and an error within that is no gap. {measure}, and write "
-        "beside what you know better how well (uncertainty: 5%)."
+        f"{said}: assumed, which counts as known to 50 %, and an error within that is no gap. {measure} beside what "
+        "you know better how well (uncertainty: 5%)."
     )
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -227,6 +227,10 @@ def after_identify(out: Path, runs: Sequence[Path], axes: int, found: bool, colu
     return _experiment("survey", origin_of(runs), model, out.parent / "survey")
 
 
+#: what the experiment `sliding` measures
+_FRICTIONS = {"coulomb", "viscous", "stribeck"}
+
+
 def after_discrepancy(
     verdict: Json,
     model: str | None,
@@ -234,11 +238,11 @@ def after_discrepancy(
     out: Path,
     logs: Sequence[Path] = (),
     made: Path | None = None,
-    unmeasured: bool = False,
+    assumed: Collection[str] = (),
 ) -> str:
     """The run that decides what is open, `made` for it where that is there, else a step with the model as it is now;
-    where nothing can be judged because numbers are not measured, friction; on a single axis, which no experiment
-    moves, what the catalogue says of the cause.
+    where nothing can be judged because numbers (names of effects) are `assumed`, friction or the model file; on a
+    single axis, which no experiment moves, what the catalogue says of the cause.
     """
     from gimbal_hil.knowledge.discrepancy import Kind
 
@@ -252,7 +256,10 @@ def after_discrepancy(
         name = _deciding(verdict)
         return _experiment(name, origin_of(logs), model, out.parent / name)
     if found is Kind.CANNOT_JUDGE:
-        name = "sliding" if unmeasured else "survey"
+        if assumed and model is not None and not _FRICTIONS & set(assumed):
+            # motion is there; what is missing is how well somebody knows these numbers
+            return command_line("check", model)
+        name = "sliding" if assumed else "survey"
         return _experiment(name, origin_of(logs), model, out.parent / name)
     use = out / "model.yaml" if found in (Kind.NAMED, Kind.DESCRIBED) else model
     return _experiment("step", origin_of(logs), use, out.parent / "step_with_model")

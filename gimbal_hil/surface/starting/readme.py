@@ -25,13 +25,18 @@ def first_commands(antenna: AntennaDescription, folder: Path) -> list[tuple[str,
         ("check the files after a change", f"gimbal-hil check {folder}"),
         ("steps of both axes", f"gimbal-hil experiment step {virtual} --out {folder}/runs/step"),
         ("your own plan", f"gimbal-hil experiment {folder}/plan.yaml {virtual} --out {folder}/runs/plan"),
+        ("friction, which is assumed so far", f"gimbal-hil experiment sliding {virtual} --out {folder}/runs/sliding"),
+        (
+            "a model with it",
+            f"gimbal-hil identify {folder}/runs/sliding {model} --out {folder}/friction",
+        ),
         ("two logs to look for what the model lacks",
          f"gimbal-hil experiment survey {virtual} --out {folder}/runs/survey"),
         ("the second, to judge on", f"gimbal-hil experiment survey_holdout {virtual} --out {folder}/runs/holdout"),
         (
             "what the model lacks",
-            f"gimbal-hil discrepancy {model} --measured {folder}/runs/survey --holdout {folder}/runs/holdout "
-            f"--out {folder}/verdict",
+            f"gimbal-hil discrepancy --model {folder}/friction/model.yaml --measured {folder}/runs/survey "
+            f"--holdout {folder}/runs/holdout --out {folder}/verdict",
         ),
     ]  # fmt: skip
     return commands

@@ -25,8 +25,8 @@ _WIDE = 5.0
 _SHARP_HZ = 62.5
 #: local power beyond the scored band must stand this far above the quietest tenth to count as motion
 _FACTOR = 4.0
-#: a joint rests where its rate is this share of that of the whole log, and a log has rest from so many of its rows on
-_RESTS, _SOME = 0.1, 0.02
+#: a joint rests where its rate is this share of that of the whole log
+_RESTS = 0.02
 
 
 @dataclass(frozen=True)
@@ -119,8 +119,8 @@ def _quiet_where_still(steps: Floats, wide: Floats, bands: Bands) -> Floats:
 
     Friction takes the modulus of the rate: encoder noise at standstill would let a bristle creep that holds in truth.
     The part beyond the scored band is weighed by how far its local power stands above noise (a local Wiener gain).
-    Noise is no more than its quietest tenth. And in a log without rest it is no more than white noise of the position
-    that makes what the smoothing removes: motion that goes on beyond a narrow band all the time is not taken for noise.
+    Noise is no more than its quietest tenth, and no more than what is there at rest or than white noise of the position
+    by what the smoothing removes, the larger: motion that goes on beyond a narrow band all the time is no noise.
     """
     from scipy.ndimage import gaussian_filter1d
 
@@ -133,17 +133,22 @@ def _quiet_where_still(steps: Floats, wide: Floats, bands: Bands) -> Floats:
     power, removed = (
         gaussian_filter1d(part**2, 0.25 / (bands.scored_hz * dt), axis=0) for part in (beyond, steps - wide)
     )
-    quiet = np.quantile(power[:: bands.stride], 0.1, axis=0)
-    quiet = np.where(_rests(narrow, bands), quiet, np.minimum(quiet, removed * _carried(inner, outer)))
+    # white noise of the position, by what the smoothing removes; of a position that a drive smoothed only rest tells
+    noise = np.maximum(removed * _carried(inner, outer), _at_rest(narrow, power, bands))
+    quiet = np.minimum(np.quantile(power[:: bands.stride], 0.1, axis=0), noise)
     return np.asarray(narrow + beyond * np.clip(1.0 - _FACTOR * quiet / np.maximum(power, 1e-300), 0.0, 1.0))
 
 
-def _rests(rate: Floats, bands: Bands) -> NDArray[np.bool_]:
-    """Whether joints stand for some time in a log, a column each: reversals are no rest."""
+def _at_rest(rate: Floats, power: Floats, bands: Bands) -> Floats:
+    """The quietest tenth of a power, (rows, columns), where a joint stands for some time; zero for one that never does.
+    Reversals are no rest.
+    """
     from scipy.ndimage import gaussian_filter1d
 
     local = gaussian_filter1d(rate**2, 1.0 / (bands.scored_hz * bands.period_s), axis=0)
-    return np.asarray(np.mean(local < _RESTS**2 * np.mean(rate**2, axis=0), axis=0) > _SOME)
+    rests = local < _RESTS**2 * np.mean(rate**2, axis=0)
+    columns = zip(power[:: bands.stride].T, rests[:: bands.stride].T, strict=True)
+    return np.array([np.quantile(column[still], 0.1) if np.any(still) else 0.0 for column, still in columns])
 
 
 def _carried(inner: Floats, outer: Floats) -> float:
