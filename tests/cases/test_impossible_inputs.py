@@ -15,11 +15,9 @@ import pytest
 from scipy.signal import butter, filtfilt
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.preflight import preflight, questioned
-from gimbal_hil.data.signals import ColumnMap, SignalsTable, read_signals
 from gimbal_hil.surface.cli.app import run
 from gimbal_hil.surface.library import identify
-from sim_backend.model import load_model
+from tests.cases.asking import asked
 from tests.cases.joint import COUNTS, MODEL, TRUE, JointLog, swinging, table_text
 from tests.parts import heavy_but
 
@@ -278,16 +276,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     found = tmp_path_factory.mktemp("cases")
     (found / "model.yaml").write_text(MODEL)
     return found
-
-
-def asked(folder: Path, text: str, words: tuple[str, ...], **repair: object) -> SignalsTable:
-    """The log as both commands take it in."""
-    (folder / "log.csv").write_text(text)
-    model = load_model(folder / "model.yaml")
-    table = read_signals(folder / "log.csv", model, columns=ColumnMap.of_words(words), **repair)  # type: ignore[arg-type]
-    tables = questioned(model, [table])
-    preflight(model, tables)
-    return tables[0]
 
 
 @pytest.mark.parametrize("fault", REFUSED)

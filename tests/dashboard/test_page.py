@@ -13,6 +13,7 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 
+from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.runs import TICK_ROW, FrameDirection, blocks_of_frames, open_run
 from gimbal_hil.loop.settings import shipped_settings
@@ -23,6 +24,7 @@ from gimbal_hil.realtime.dashboard.page import PAGE
 from gimbal_hil.realtime.dashboard.server import MOST_CONNECTIONS
 from gimbal_hil.realtime.telemetry.live_view import LiveView
 from gimbal_hil.realtime.telemetry.records import Exchange
+from gimbal_hil.realtime.telemetry.trouble import DRIVE_TOLD
 
 pytestmark = pytest.mark.realtime
 
@@ -86,6 +88,7 @@ def test_the_view_counts_what_the_run_holds(view: LiveView, recorded: Path) -> N
     assert status["statistics"]["missed"] == 3 and status["statistics"]["missed_by_cause"]["bus_wait"] == 3
     assert status["tick"] == log.ticks["tick"][-1]
     assert status["drive_state"] is not None and status["drive_fault"] == "none"
+    assert DRIVE_TOLD[DriveState[status["drive_state"].upper()]] == status["drive_told"]
     last = np.abs([status["position_rad"][axis] for axis in ("outer", "inner")])
     assert np.all(last < np.pi)
     trace = view.trace(-1.0)

@@ -24,6 +24,7 @@ STATUS: dict[str, Any] = {
     "cause": "none",
     "link": "open",
     "drive_state": "operation_enabled",
+    "drive_told": "on",
     "drive_fault": "none",
     "segment": 0,
     "mode": {"pan": "position", "tilt": "off"},
@@ -204,7 +205,7 @@ def test_no_line_is_wider_than_the_terminal_and_what_is_wrong_is_red_where_there
 
 
 def test_a_position_that_nobody_has_heard_yet_is_no_number() -> None:
-    unheard = STATUS | {"position_rad": {"pan": None, "tilt": None}, "drive_state": None}
+    unheard = STATUS | {"position_rad": {"pan": None, "tilt": None}, "drive_state": None, "drive_told": None}
     text = "\n".join(status_lines({"status": unheard}))
     assert "not heard" in text and "nan" not in text.lower()
 

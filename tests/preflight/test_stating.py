@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.preflight import preflight, questioned
-from gimbal_hil.data.signals import ColumnMap, SignalsTable, read_signals
-from sim_backend.model import load_model
+from tests.cases.asking import asked
 from tests.cases.joint import BENCH, COUNTS, table_text
 
 LOG = BENCH.log()
@@ -24,15 +22,6 @@ SOME = np.sort(np.random.default_rng(3).choice(np.arange(300, ROWS - 300), 40, r
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "model.yaml").write_text(BENCH.model_text())
     return tmp_path
-
-
-def asked(folder: Path, text: str, words: tuple[str, ...] = (), **repair: object) -> SignalsTable:
-    (folder / "log.csv").write_text(text)
-    model = load_model(folder / "model.yaml")
-    table = read_signals(folder / "log.csv", model, columns=ColumnMap.of_words(words), **repair)  # type: ignore[arg-type]
-    tables = questioned(model, [table])
-    preflight(model, tables)
-    return tables[0]
 
 
 def counter(per_turn: int, low: int, wrap: int) -> tuple[str, tuple[str, ...]]:

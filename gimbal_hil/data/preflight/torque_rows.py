@@ -34,7 +34,6 @@ _SPEED_ROWS, _LATE_ROWS = 5, 8
 _ANSWERED, _SEEN = 0.25, 4.0
 #: encoder steps that a joint that slides goes to either side of such a torque, and what its neighbours have of it
 _SLIDES, _ALONE = 20.0, 0.3
-
 #: a saturated loop goes beyond the limit in steps below this share of it
 _STEP_OF_A_LOOP = 0.3
 

@@ -340,31 +340,50 @@ class Separation:
 
 def separation_of(question: OpenQuestion, table: SignalsTable) -> Separation:
     """What a table that the best explanation made says."""
-    twin, floor = question.twin, question.floor
-    record = record_of(table, twin.model, twin.records[0].bands.scored_hz, "rehearsal")
-    there = Twin(twin.model, (record,), twin.gyro_everywhere)
+    floor, there = question.floor, rehearsal_of(question.twin, table)
     as_best = command_residual(there, question.best.hypothesis, floor)
     without = command_residual(there, question.null, floor)
     rivals = tuple(_apart(there, as_best, rival, floor) for rival in question.rivals)
     return Separation(question, rivals, len(without), np.sum(without**2, axis=0))
 
 
+def rehearsal_of(twin: Twin, table: SignalsTable) -> Twin:
+    """What was rehearsed as a twin like that of the logs."""
+    record = record_of(table, twin.model, twin.records[0].bands.scored_hz, "rehearsal")
+    return Twin(twin.model, (record,), twin.gyro_everywhere)
+
+
 def _apart(twin: Twin, as_best: Floats, rival: State, floor: Floats) -> Apart:
-    as_rival = command_residual(twin, rival.hypothesis, floor)
-    held = np.diag((prior_weights(rival.hypothesis) * SPREAD) ** 2)
-    if not np.all(np.isfinite(as_rival)):
-        return Apart(0.0, np.zeros(len(held)), np.zeros_like(held), held)
-    columns = jacobian_of(twin, rival.hypothesis, floor, as_rival)
-    before = rival.fit.jacobian
-    if before.shape[1] == columns.shape[1]:
-        held = held + before.T @ before
     # both are of the same rows: in the difference their noise is gone, which a fit would take for evidence
-    difference = (as_rival - as_best).ravel()
-    return Apart(float(difference @ difference), columns.T @ difference, columns.T @ columns, held)
+    as_rival = command_residual(twin, rival.hypothesis, floor)
+    return Coordinates.of(twin, rival.hypothesis, rival.fit.jacobian, floor, as_rival).apart(as_rival - as_best)
 
 
-def jacobian_of(twin: Twin, hypothesis: Hypothesis, floor: Floats, residual: Floats) -> Floats:
-    """What every coordinate of a hypothesis does to its residual on a twin, (rows * channels, coordinates)."""
+@dataclass(frozen=True)
+class Coordinates:
+    """What the coordinates of a hypothesis do on a twin, (rows * channels, coordinates), and what all data so far hold
+    them with.
+    """
+
+    columns: Floats
+    held: Floats
+
+    @classmethod
+    def of(cls, twin: Twin, hypothesis: Hypothesis, before: Floats, floor: Floats, residual: Floats) -> Coordinates:
+        """Those of a hypothesis with this residual there; `before` is its Jacobian on all data so far."""
+        columns = _jacobian(twin, hypothesis, floor, residual)
+        held = np.diag((prior_weights(hypothesis) * SPREAD) ** 2)
+        return cls(columns, held + before.T @ before if before.shape[1] == columns.shape[1] else held)
+
+    def apart(self, rows: Floats) -> Apart:
+        """How far an explanation with this difference, (rows, channels), stays; nowhere where it cannot be computed."""
+        if not (np.all(np.isfinite(rows)) and np.all(np.isfinite(self.columns))):
+            return Apart(0.0, np.zeros(len(self.held)), np.zeros_like(self.held), self.held)
+        flat = rows.ravel()
+        return Apart(float(flat @ flat), self.columns.T @ flat, self.columns.T @ self.columns, self.held)
+
+
+def _jacobian(twin: Twin, hypothesis: Hypothesis, floor: Floats, residual: Floats) -> Floats:
     x = hypothesis.vector()
     columns = np.zeros((residual.size, len(x)))
     for i in range(len(x)):

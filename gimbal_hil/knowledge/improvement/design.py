@@ -18,6 +18,7 @@ from firmware_protocol.documents import yaml_text
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy import Result
 from gimbal_hil.knowledge.executor import WorkExecutor
+from gimbal_hil.knowledge.experiments import Experiment
 from gimbal_hil.knowledge.improvement.budgets import AFTERWARDS_S, Budgets, budgets_of
 from gimbal_hil.knowledge.improvement.choosing import (
     MotionQuestion,
@@ -35,7 +36,7 @@ from gimbal_hil.knowledge.improvement.motion import (
     ranges_of,
     varied,
 )
-from gimbal_hil.knowledge.improvement.rehearsal import rehearse
+from gimbal_hil.knowledge.improvement.rehearsal import Rehearsal, rehearse
 from gimbal_hil.loop.settings import DaemonSettings
 from sim_backend.model import AntennaModel
 
@@ -143,8 +144,7 @@ def written(
     worth = f"{made.expected:.3g} squared floors expected in {made.duration_s:.3g} s, {made.needed:.3g} needed"
     text = f"{why}: {worth}"
     experiment = experiment_of_motion(made.motion, text, task.settings, task.budgets)
-    rehearsal = rehearse(experiment, task.settings, now)
-    if task.budgets.refusal(experiment, rehearsal, task.settings.rate_hz, task.used_s) is not None:
+    if _allowed(task, experiment, now) is None:
         return None
     path.parent.mkdir(parents=True, exist_ok=True)
     plan = plan_of(made.motion, text, task.settings, task.budgets)
@@ -187,14 +187,10 @@ def _tried(task: DesignTask, motion: LapMotion) -> Design | None:
 
 def _whole(task: DesignTask, motion: LapMotion) -> Design | None:
     """A motion with all its laps, and what it would show; None where it is refused."""
-    found = _rehearsed(task, motion)
-    if found is None:
-        return None
     experiment = experiment_of_motion(motion, "a trial", task.settings, task.budgets)
-    for model in task.may_be:
-        rehearsal = rehearse(experiment, task.settings, model)
-        if task.budgets.refusal(experiment, rehearsal, task.settings.rate_hz, task.used_s) is not None:
-            return None
+    found = _rehearsed(task, motion)
+    if found is None or any(_allowed(task, experiment, model) is None for model in task.may_be):
+        return None
     shown = task.question.shown(found[0])
     return Design(motion, shown.expected(), shown.needed(), found[1])
 
@@ -202,10 +198,17 @@ def _whole(task: DesignTask, motion: LapMotion) -> Design | None:
 def _rehearsed(task: DesignTask, motion: LapMotion) -> tuple[SignalsTable, float] | None:
     """What a motion measures with the best explanation, and its seconds; None where it is refused."""
     experiment = experiment_of_motion(motion, "a trial", task.settings, task.budgets)
-    rehearsal, rate = rehearse(experiment, task.settings, task.question.model), task.settings.rate_hz
-    if rehearsal.table is None or task.budgets.refusal(experiment, rehearsal, rate, task.used_s) is not None:
+    rehearsal = _allowed(task, experiment, task.question.model)
+    if rehearsal is None or rehearsal.table is None:
         return None
-    return rehearsal.table, experiment.duration_s(rate)
+    return rehearsal.table, experiment.duration_s(task.settings.rate_hz)
+
+
+def _allowed(task: DesignTask, experiment: Experiment, model: AntennaModel) -> Rehearsal | None:
+    """An experiment rehearsed on a model; None where that exceeds a budget."""
+    rehearsal = rehearse(experiment, task.settings, model)
+    refusal = task.budgets.refusal(experiment, rehearsal, task.settings.rate_hz, task.used_s)
+    return rehearsal if refusal is None else None
 
 
 __all__ = ["ANTENNA_S", "Design", "DesignTask", "designed", "made_for", "settling_run", "written"]

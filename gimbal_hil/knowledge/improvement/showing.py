@@ -24,12 +24,10 @@ from gimbal_hil.knowledge.discrepancy import (
     command_residual,
     explained_by,
     number_errors,
-    prior_weights,
-    record_of,
 )
 from gimbal_hil.knowledge.executor import WorkExecutor
 from gimbal_hil.knowledge.improvement.budgets import budgets_of
-from gimbal_hil.knowledge.improvement.choosing import SPREAD, Apart, Option, jacobian_of
+from gimbal_hil.knowledge.improvement.choosing import SPREAD, Apart, Coordinates, Option, rehearsal_of
 from gimbal_hil.knowledge.improvement.design import ANTENNA_S, DesignTask, written
 from gimbal_hil.loop.settings import DaemonSettings
 from sim_backend.model import AntennaModel
@@ -47,21 +45,17 @@ class HiddenNumbers:
 
     def shown(self, table: SignalsTable) -> HiddenShown:
         """What a table of the model says."""
-        record = record_of(table, self.twin.model, self.twin.records[0].bands.scored_hz, "rehearsal")
-        there = Twin(self.twin.model, (record,), self.twin.gyro_everywhere)
-        each = tuple(self._apart(there, error) for error in self.errors)
-        return HiddenShown(each, int(record.keep.sum()) * len(there.channels), self.least_gap)
+        there = rehearsal_of(self.twin, table)
+        # half and twice of a number leave the same others
+        others = {error.label: self._coordinates(there, error) for error in self.errors}
+        each = tuple(others[error.label].apart(error.on(there, self.floor)) for error in self.errors)
+        return HiddenShown(each, int(there.records[0].keep.sum()) * len(there.channels), self.least_gap)
 
-    def _apart(self, there: Twin, error: NumberError) -> Apart:
-        """What an error leaves of a table, and what the other known numbers, held by the logs so far, do about it."""
-        rows = error.on(there, self.floor)
+    def _coordinates(self, there: Twin, error: NumberError) -> Coordinates:
+        """The other known numbers, held by the logs so far."""
         known = error.bare.hypothesis
-        held = np.diag((prior_weights(known) * SPREAD) ** 2) + error.bare.jacobian.T @ error.bare.jacobian
-        if not np.all(np.isfinite(rows)):
-            return Apart(0.0, np.zeros(len(held)), np.zeros_like(held), held)
-        columns = jacobian_of(there, known, self.floor, command_residual(there, known, self.floor))
-        flat = rows.ravel()
-        return Apart(float(flat @ flat), columns.T @ flat, columns.T @ columns, held)
+        residual = command_residual(there, known, self.floor)
+        return Coordinates.of(there, known, error.bare.jacobian, self.floor, residual)
 
 
 @dataclass(frozen=True)

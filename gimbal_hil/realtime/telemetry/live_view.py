@@ -19,7 +19,7 @@ from gimbal_hil.loop.control import Mode
 from gimbal_hil.loop.host import GUARD_CAUSES, HostState, LinkStatus, PointingState, word_of
 from gimbal_hil.loop.timing import MISS_CODE, Histogram, MissCause
 from gimbal_hil.realtime.telemetry.records import Exchange
-from gimbal_hil.realtime.telemetry.trouble import trouble_of
+from gimbal_hil.realtime.telemetry.trouble import DRIVE_TOLD, trouble_of
 from gimbal_hil.realtime.telemetry.wire_watch import Wire, WireWatch
 from sim_backend.boresight import Boresight
 
@@ -161,6 +161,7 @@ class LiveView:
             "guard_trips": {guard: count for guard, count in self.trips.items() if count},
             "link": word_of(LinkStatus(int(row["link_status"]))),
             "drive_state": word_of(self.drive_state) if self.drive_state is not None else None,
+            "drive_told": DRIVE_TOLD[self.drive_state] if self.drive_state is not None else None,
             "drive_fault": told_fault,
             "drive_complaint": self.complaint,
             "segment": int(row["segment"]),

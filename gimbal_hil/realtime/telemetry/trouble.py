@@ -5,8 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
+from firmware_protocol.enumerations import DriveState
 from gimbal_hil.loop.host import DRIVE_GUARDS, HOST_GUARDS, HostCause, HostState, word_of
 
+#: states of a drive (CiA 402), for people
+DRIVE_TOLD = {
+    DriveState.NOT_READY: "not ready",
+    DriveState.SWITCH_ON_DISABLED: "off",
+    DriveState.READY_TO_SWITCH_ON: "off, ready",
+    DriveState.SWITCHED_ON: "on, without torque",
+    DriveState.OPERATION_ENABLED: "on",
+    DriveState.QUICK_STOP_ACTIVE: "quick stop",
+    DriveState.FAULT_REACTION_ACTIVE: "stopping by a fault",
+    DriveState.FAULT: "fault",
+}
 _GUARDS = {word_of(guard.cause): guard for guard in HOST_GUARDS}
 _FAULTS = {word_of(guard.fault): guard for guard in DRIVE_GUARDS}
 _STOPS = (word_of(HostState.FAULT), word_of(HostState.STOPPING))

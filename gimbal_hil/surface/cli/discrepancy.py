@@ -214,11 +214,12 @@ def _told(
 def _assumed_and_hidden(finding: Finding) -> list[tuple[str, str]]:
     """Of the numbers (effect, axis) that keep logs from judging the model those that nobody measured."""
     from gimbal_hil.knowledge.discrepancy import Kind
-    from gimbal_hil.knowledge.tuning import is_assumed
-    from sim_backend.effects import CATALOGUE
 
     if finding.kind is not Kind.CANNOT_JUDGE:
         return []
+    from gimbal_hil.knowledge.tuning import is_assumed
+    from sim_backend.effects import CATALOGUE
+
     model = finding.result.model
     paths = [(name, axis, CATALOGUE[name].parameters[0].path) for name, axis in finding.result.hidden]
     return [
@@ -228,11 +229,12 @@ def _assumed_and_hidden(finding: Finding) -> list[tuple[str, str]]:
 
 def _assumed_words(numbers: list[tuple[str, str]], axes: int) -> str:
     """Why logs cannot judge a model of which nobody measured these numbers, and what to do."""
+    from gimbal_hil.surface.cli.following import FRICTIONS
     from sim_backend.effects import CATALOGUE
 
     said = ", ".join(f"{CATALOGUE[name].asked_as or name} on {axis}" for name, axis in numbers)
     # no experiment moves a single axis, and sliding says nothing of an inertia
-    friction = axes > 1 and any("friction" in (CATALOGUE[name].parameters[0].path or "") for name, _ in numbers)
+    friction = axes > 1 and any(name in FRICTIONS for name, _ in numbers)
     measure = "Measure friction (experiment sliding, then identify), and write" if friction else "Write"
     return (
         f"{said}: assumed, which counts as known to 50 %, and an error within that is no gap. {measure} beside what "

@@ -228,7 +228,7 @@ def after_identify(out: Path, runs: Sequence[Path], axes: int, found: bool, colu
 
 
 #: what the experiment `sliding` measures
-_FRICTIONS = {"coulomb", "viscous", "stribeck"}
+FRICTIONS = {"coulomb", "viscous", "stribeck"}
 
 
 def after_discrepancy(
@@ -256,7 +256,7 @@ def after_discrepancy(
         name = _deciding(verdict)
         return _experiment(name, origin_of(logs), model, out.parent / name)
     if found is Kind.CANNOT_JUDGE:
-        if assumed and model is not None and not _FRICTIONS & set(assumed):
+        if assumed and model is not None and not FRICTIONS & set(assumed):
             # motion is there; what is missing is how well somebody knows these numbers
             return command_line("check", model)
         name = "sliding" if assumed else "survey"

@@ -17,17 +17,7 @@ from gimbal_hil.surface.cli.option_types import DaemonRun
 _WIDTH = 40
 _COLOURS = {"good": "32", "warning": "33", "bad": "1;31"}
 _ACTS = {"s": "stop", "b": "adjust_back", "n": "learn_anew"}
-#: states of a drive (CiA 402) and causes that are no guard's, for people
-_DRIVE = {
-    "not_ready": "not ready",
-    "switch_on_disabled": "off",
-    "ready_to_switch_on": "off, ready",
-    "switched_on": "on, without torque",
-    "operation_enabled": "on",
-    "quick_stop_active": "quick stop",
-    "fault_reaction_active": "stopping by a fault",
-    "fault": "fault",
-}
+#: causes that are no guard's, for people
 _CAUSES = {
     "operator": "an operator's command",
     "duration": "the end of a program",
@@ -148,7 +138,7 @@ def _told(answer: Json) -> list[tuple[str, str]]:
     """Lines with the tone of each: good, warning, bad, or none."""
     status = answer["status"]
     statistics = status["statistics"]
-    drive = _DRIVE.get(status["drive_state"], status["drive_state"] or "not heard")
+    drive = status["drive_told"] or "not heard"
     if status["link"] == "lost" and status["drive_state"]:
         drive += ", last heard"
     tone = {"fault": "bad", "stopping": "warning", "active": "good"}.get(status["host_state"], "")

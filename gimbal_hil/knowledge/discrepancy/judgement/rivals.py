@@ -63,7 +63,7 @@ class Rival:
     @property
     def is_there(self) -> bool:
         """Whether it is a further entry of what stands in the explanation anyway."""
-        return self.state.hypothesis.labels.count(self.label) > 1
+        return _is_there(self.state, self.label)
 
     @property
     def is_cause(self) -> bool:
@@ -73,6 +73,10 @@ class Rival:
     def close(self, policy: Policy) -> bool:
         """Whether data do not tell the two apart: they are the same to a twin, or blocks do not say it so surely."""
         return self.same or self.sure < (policy.anew if self.is_there else policy.sure)
+
+
+def _is_there(state: State, label: tuple[str, str]) -> bool:
+    return state.hypothesis.labels.count(label) > 1
 
 
 def rivals_of(
@@ -145,7 +149,7 @@ def _rival(
     extra = float(np.sum((theirs - mine) / scale)) / len(scale)
     # where one leaves much of one channel and the other much of another, neither is the unit of both
     sure = surely_less(inquiry, other, state, np.minimum(other.fit.squares, state.fit.squares))
-    if other.hypothesis.labels.count(labels[0]) > 1:
+    if _is_there(other, labels[0]):
         # a new name has to be earned against more of what is there anyway: whatever is left beyond noise may be that
         missing = np.maximum(missing, 1.0 - inquiry.policy.least_gap**2 / np.maximum(mine, inquiry.policy.least_gap**2))
     noisy, noisier = (noise_of_command(inquiry.twin, one.hypothesis, inquiry.floor) for one in (state, other))
