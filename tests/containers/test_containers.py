@@ -213,8 +213,6 @@ BO_ 512 Cmd: 8 SERVO
 
 
 def test_of_a_multiplexed_message_the_frames_without_a_signal_are_no_rows_of_it(tmp_path: Path) -> None:
-    pytest.importorskip("can")
-    pytest.importorskip("cantools")
     angle, torque = np.round(np.sin(np.arange(500) / 40.0), 4), np.round(np.cos(np.arange(500) / 40.0), 3)
     lines = []
     for row, (q, u) in enumerate(zip(angle, torque, strict=True)):
