@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gimbal_hil.loop.settings import shipped_settings_path
 from gimbal_hil.pointing.following import HeldTarget, HeldTrace, MuteChange, pointing_figures, write_page
 from gimbal_hil.surface.cli.app import run
 
@@ -64,6 +65,28 @@ def test_a_target_that_was_never_acquired_is_told_in_red_without_numbers_that_ar
     figures = pointing_figures(trace, [], BEYOND)
     page = write_page(tmp_path / "page.html", A_STAR, trace, figures, [], BEYOND).read_text()
     assert 'class="callout bad"' in page and "nan µrad" not in page
+
+
+def test_the_true_error_is_told_first_and_loops_that_do_not_extrapolate_are_told_of_tuning(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--target", "azel:120,35", "--base", "swing", "--duration", "9", "--out", str(tmp_path / "out")]
+    assert run("point", words) == 0
+    said, found = capsys.readouterr().out, json.loads((tmp_path / "out" / "pointing.json").read_text())
+    true, seen = found["settled_true_rms_urad"], found["settled_rms_urad"]
+    # an attitude that is 5 ms old and told a hundred times a second is not seen by the host
+    assert true > 2.0 * seen
+    assert f"within {true:.1f} urad rms, {found['settled_true_peak_urad']:.0f} at most by the base's true" in said
+    assert "gimbal-hil tune --for pointing" in said
+    assert run("point", [*words, "--config", str(_extrapolating(tmp_path)), "--force"]) == 0
+    assert "tune --for pointing" not in capsys.readouterr().out
+
+
+def _extrapolating(folder: Path) -> Path:
+    """The shipped configuration, the base's motion extrapolated."""
+    file = folder / "antenna.yaml"
+    file.write_text(shipped_settings_path().read_text() + "\nmodel_control: {model: thesis, extrapolate_base: true}\n")
+    return file
 
 
 def test_a_moving_target_is_followed_past_the_first_minute(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

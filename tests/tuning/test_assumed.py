@@ -12,7 +12,9 @@ def test_delay_gyro_and_modes_of_the_shipped_antenna_are_assumed_and_its_frictio
     assert told["outer", "gyro.bandwidth"] == 1256.637 and told["inner", "transport_delay.delay"] == 0.002
     assert ("outer", "structural_resonance.antiresonance_frequency") in told
     assert not any("friction" in name or "inertia.zz" in name for _, name in told)
-    assert "outer gyro.bandwidth 1257 rad/s" in caution(found) and caution(found).startswith(f"caution: {len(found)} ")
+    said, outer, inner = caution(found).splitlines()
+    assert said.startswith(f"caution: {len(found)} ") and inner.startswith("  inner: ")
+    assert outer.startswith("  outer: ") and "gyro.bandwidth 1257 rad/s" in outer
 
 
 def test_a_number_that_was_measured_leaves_the_list_and_an_empty_one_says_nothing() -> None:

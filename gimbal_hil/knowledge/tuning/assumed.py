@@ -69,8 +69,14 @@ def caution(numbers: tuple[AssumedNumber, ...]) -> str:
     """What a user should know of them; empty where there are none."""
     if not numbers:
         return ""
-    listed = "; ".join(one.text for one in numbers)
-    return (
-        f"caution: {len(numbers)} numbers that these loops hang on are assumed, not measured: {listed}. Measure delay, "
-        "gyro and modes before you trust the margins (experiment step, sweep; identify; discrepancy)"
+    lines = [
+        f"  {axis}: {', '.join(one.text.removeprefix(f'{axis} ') for one in numbers if one.axis == axis)}"
+        for axis in dict.fromkeys(one.axis for one in numbers)
+    ]
+    return "\n".join(
+        [
+            f"caution: {len(numbers)} numbers that these loops hang on are assumed, not measured. Measure delay, gyro "
+            "and modes before you trust the margins (experiment step, sweep; identify; discrepancy)",
+            *lines,
+        ]
     )

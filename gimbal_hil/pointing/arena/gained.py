@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,12 +40,11 @@ def gained_text(found: ArenaResult) -> str:
 
 def gained_blocks(found: ArenaResult, tuning: Tuning, cautions: Sequence[str]) -> list[Block]:
     """The report as sections of a page; `cautions` are numbers that nobody measured."""
-    worse = any(ratio < 1.0 for ratio in _ratios(found).values())
+    ratios = times_smaller(_pairs(found))
+    worse = not ratios or min(ratios.values()) < 1.0
     blocks: list[Block] = [
         Callout(_answer(found), "warning" if worse else "good"),
-        Plot(
-            _dots(found), f"Line-of-sight error on the antenna {Path(found.antennas[0]).stem}; the axis is logarithmic."
-        ),
+        Plot(_dots(found), "Line-of-sight error; the axis is logarithmic."),
         Table(("Scenario", "Before [urad]", "Tuned [urad]", "Times smaller"), _rows(found)),
         Heading("Loops"),
         Table(
@@ -69,22 +68,33 @@ def _rms(found: ArenaResult, scenario: str, name: str) -> float:
     return math.inf if spread is None else spread.mean
 
 
-def _ratios(found: ArenaResult) -> dict[str, float]:
-    """Error before over error after, of the scenarios that neither of them tripped in."""
-    pairs = {one.name: (_rms(found, one.name, _BEFORE), _rms(found, one.name, _AFTER)) for one in found.scenarios}
+def _pairs(found: ArenaResult) -> dict[str, tuple[float, float]]:
+    return {one.name: (_rms(found, one.name, _BEFORE), _rms(found, one.name, _AFTER)) for one in found.scenarios}
+
+
+def times_smaller(pairs: Mapping[str, tuple[float, float]]) -> dict[str, float]:
+    """Error before over error after by scenario, of those that neither of them tripped in."""
     ended = {name: pair for name, pair in pairs.items() if all(map(math.isfinite, pair))}
     return {name: before / after for name, (before, after) in ended.items()}
 
 
-def _answer(found: ArenaResult) -> str:
-    ratios = _ratios(found)
+def answered(how: str, pairs: Mapping[str, tuple[float, float]], antenna: str) -> str:
+    """How many times smaller errors became, which are before and after by scenario: median, and the worst of all."""
+    ratios = times_smaller(pairs)
     if not ratios:
         return "No scenario was run to its end both before and after: see the table."
     middle, (least, where) = statistics.median(ratios.values()), min((ratio, name) for name, ratio in ratios.items())
-    said = f"Tuned, the line-of-sight error is {_times(middle)} times smaller in the median of {len(ratios)} scenarios"
+    said = (
+        f"{how}, the line-of-sight error on the antenna {Path(antenna).stem} is {_times(middle)} times smaller in the "
+        f"median of {len(ratios)} scenarios"
+    )
     if least < 1.0:
         return f"{said}. In one it is {1.0 / least:.2f} times larger: {where}."
     return f"{said}, and at least {least:.1f} times."
+
+
+def _answer(found: ArenaResult) -> str:
+    return answered("Tuned", _pairs(found), found.antennas[0])
 
 
 def _rows(found: ArenaResult) -> list[tuple[str, ...]]:

@@ -13,6 +13,7 @@ from gimbal_hil.loop.settings import DaemonSettings
 from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text
 from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant, run_arena
 from gimbal_hil.pointing.arena.error_dots import Dots, error_dots
+from gimbal_hil.pointing.arena.gained import answered, times_smaller
 from gimbal_hil.pointing.arena.scenarios import Scenario
 from sim_backend.model import AntennaModel, model_from_document
 
@@ -127,7 +128,7 @@ def what_paid(
 def paid_text(paid: Paid) -> str:
     """Both tables for the terminal."""
     rows = [("scenario", BEFORE, FIRST, IMPROVED), *_gains(paid)]
-    lines = [f"line of sight on {paid.antenna}, urad rms", *_aligned(rows), ""]
+    lines = [_answer(paid), "line of sight, urad rms", *_aligned(rows), ""]
     if paid.parts:
         lines += ["left out of the improved model", *_aligned([_header(paid), *_losses(paid)])]
     return "\n".join(lines)
@@ -135,9 +136,11 @@ def paid_text(paid: Paid) -> str:
 
 def paid_blocks(paid: Paid) -> list[Block]:
     """The report as sections of a page."""
+    ratios = times_smaller(_pairs(paid))
+    worse = not ratios or min(ratios.values()) < 1.0
     blocks: list[Block] = [
-        Callout(_answer(paid), "good"),
-        Plot(_dots(paid), f"Each scenario on the antenna {paid.antenna}; the axis is logarithmic."),
+        Callout(_answer(paid), "warning" if worse else "good"),
+        Plot(_dots(paid), "Line-of-sight error; the axis is logarithmic."),
         Heading("Pointing before and after"),
         Text(
             "Line-of-sight error, urad rms, of the antenna's true joints: the configuration as it was, tuned with the "
@@ -159,12 +162,8 @@ def paid_blocks(paid: Paid) -> list[Block]:
 
 
 def _answer(paid: Paid) -> str:
-    """How much less the error is, as the middle of the scenarios, and which part that hangs on."""
-    ratios = sorted(paid.rms(one.name, IMPROVED) / paid.rms(one.name, BEFORE) for one in paid.found.scenarios)
-    said = (
-        f"Tuned with the improved model, the line-of-sight error is {ratios[len(ratios) // 2]:.2f} times that before "
-        f"({ratios[0]:.2f} to {ratios[-1]:.2f} over {len(ratios)} scenarios)."
-    )
+    """How many times smaller the error is, and which part that hangs on."""
+    said = answered("Tuned with the improved model", _pairs(paid), paid.antenna)
     if not paid.gains:
         said += (
             " With the first model it is as good: it is the tuning that gains here, and what the improved model knows "
@@ -174,6 +173,10 @@ def _answer(paid: Paid) -> str:
         most = max(paid.parts, key=paid.share)
         said += f" Most is lost without {most}: {100.0 * paid.share(most):.0f} % of the gain over the first model."
     return said
+
+
+def _pairs(paid: Paid) -> dict[str, tuple[float, float]]:
+    return {one.name: (paid.rms(one.name, BEFORE), paid.rms(one.name, IMPROVED)) for one in paid.found.scenarios}
 
 
 def _dots(paid: Paid) -> Drawing:

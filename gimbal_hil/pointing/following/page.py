@@ -31,6 +31,29 @@ _DECADES = {
     1e6: "1 rad",
 }
 _UNITS = {"_urad": "µrad", "_s": "s"}
+#: what each of the figures is
+_WORDS = {
+    "duration_s": "duration",
+    "acquired_after_s": "until acquired",
+    "settled_true_rms_urad": "error by the base's true motion, settled: rms",
+    "settled_true_peak_urad": "largest",
+    "settled_rms_urad": "error as host and encoders see it, settled: rms",
+    "settled_peak_urad": "largest",
+    "true_rms_urad": "error by the base's true motion, from the acquisition on: rms",
+    "true_peak_urad": "largest",
+    "rms_urad": "error as host and encoders see it, from the acquisition on: rms",
+    "peak_urad": "largest",
+    "muted_s": "muted",
+    "muted_after_acquisition_s": "muted after the acquisition",
+    "mutes_after_acquisition": "times muted after the acquisition",
+    "beyond_without_mute_s": "beyond the limit and not muted",
+    "longest_beyond_without_mute_s": "longest time beyond the limit and not muted",
+    "coasting_s": "on the last attitude, carried on by rates",
+    "reference_off_urad": "what was followed was off the target by, in 95 % of the ticks",
+    "ticks": "ticks",
+    "ticks_without_sample": "ticks without a sample",
+    "ticks_skipped": "ticks skipped",
+}
 
 
 @dataclass(frozen=True)
@@ -54,16 +77,19 @@ def write_page(
     """The page of one target; answers its path."""
     known = not math.isnan(figures.true_rms_urad)
     acquired = not math.isinf(figures.acquired_after_s)
+    seen = "as host and encoders see it"
+    errors = [(figures.settled_rms_urad, f"rms settled, {seen}"), (figures.settled_peak_urad, f"peak settled, {seen}")]
+    if known:
+        truly = "by the base's true motion"
+        errors.insert(0, (figures.settled_true_rms_urad, f"rms settled, {truly}"))
+        errors[-1] = (figures.settled_true_peak_urad, f"peak settled, {truly}")
     tiles = [
-        (f"{figures.settled_rms_urad:.1f} µrad" if acquired else "none", "rms settled, as host and encoders see it"),
-        (f"{figures.settled_peak_urad:.0f} µrad" if acquired else "none", "peak, settled"),
+        *((f"{value:.3g} µrad" if acquired else "none", words) for value, words in errors),
         (f"{figures.muted_after_acquisition_s:.2f} s" if acquired else "none", "muted after the acquisition"),
         (f"{figures.acquired_after_s:.2f} s" if acquired else "never", "until acquired"),
     ]
-    if known:
-        tiles.insert(0, (f"{figures.settled_true_rms_urad:.1f} µrad", "rms settled, by the base's true motion"))
     said = summary(held.name, figures)
-    named = [(_named(key), value) for key, value in figures.as_dict().items()]
+    values = figures.as_dict()
     blocks: list[Block] = [
         Callout(said, _colour(figures)),
         Tiles(tiles),
@@ -79,7 +105,8 @@ def write_page(
         Heading("In figures"),
         Table(
             ("Figure", "Value", "Unit"),
-            [(words, _cell(value), unit) for (words, unit), value in named],
+            [(words, _cell(values[key]), _unit(key)) for key, words in _WORDS.items()],
+            "Errors while not muted; settled is from 5 s after the acquisition on.",
         ),
         Heading("Mute signal"),
         Table(
@@ -114,23 +141,22 @@ def summary(name: str, figures: PointingFigures) -> str:
             f"{name}: what was followed is not the target, {figures.reference_off_urad * 1e-6 * 180.0 / math.pi:.2f} "
             "degrees off; errors against that reference say nothing."
         )
-    true = figures.settled_true_rms_urad
-    truly = "" if math.isnan(true) else f" ({true:.1f} by the base's true motion)"
     times, seconds = figures.mutes_after_acquisition, figures.muted_after_acquisition_s
     muted = f"muted {counted(times, 'time')}, {seconds:.2f} s in all" if times else "never muted"
-    return (
-        f"{name}: acquired after {figures.acquired_after_s:.2f} s, then within {figures.settled_rms_urad:.1f} urad rms"
-        f"{truly}, {figures.settled_peak_urad:.0f} urad at most, and {muted}."
-    )
+    return f"{name}: acquired after {figures.acquired_after_s:.2f} s, then within {_error(figures)} and {muted}."
 
 
-def _named(key: str) -> tuple[str, str]:
-    """`settled_true_rms_urad` as words and its unit."""
-    ending = next((ending for ending in _UNITS if key.endswith(ending)), "")
-    words = key.removesuffix(ending).replace("_", " ")
-    if "true " in f"{words} ":
-        words = words.replace("true ", "") + ", by the base's true motion"
-    return words, _UNITS.get(ending, "")
+def _error(figures: PointingFigures) -> str:
+    """The true error where it is known, that which host and encoders see behind it."""
+    seen = f"{figures.settled_rms_urad:.1f} urad rms, {figures.settled_peak_urad:.0f} at most"
+    if math.isnan(figures.settled_true_rms_urad):
+        return f"{seen} as host and encoders see it (the base's true motion is not known),"
+    true = f"{figures.settled_true_rms_urad:.1f} urad rms, {figures.settled_true_peak_urad:.0f} at most"
+    return f"{true} by the base's true motion ({seen} as host and encoders see it),"
+
+
+def _unit(key: str) -> str:
+    return next((unit for ending, unit in _UNITS.items() if key.endswith(ending)), "")
 
 
 def _cell(value: float | int | None) -> str:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from gimbal_hil.data.runs import RecordedRun
+    from gimbal_hil.loop.settings import DaemonSettings
     from gimbal_hil.loop.timing import ClockSync
     from gimbal_hil.pointing.following import BaseTruth, Flight, MuteChange, Target, Way
     from sim_backend.boresight import Boresight
@@ -52,6 +53,8 @@ class _Judged:
     looks: Boresight
     #: a target that moves in time: how well this machine knows the time
     sync: ClockSync | None = None
+    #: what would point better
+    advice: str = ""
 
 
 def command(
@@ -201,7 +204,10 @@ def _in_lockstep(asked: _Asked, virtual: VirtualOptions, folder: Path, force: bo
     span = (first, first + round(duration * settings.rate_hz) - 1)
     where = f"{antenna.name}, seed {seed}, in lockstep" + ("" if base is None else f", base {base}")
     changes = [one for one in mute_changes(told) if first <= one.tick <= span[1]]
-    return _Judged(log, target, first, span, changes, truth, where, about, looks), settings.pointing.mute_beyond_rad
+    judged = _Judged(
+        log, target, first, span, changes, truth, where, about, looks, advice=_advice(settings, base is not None)
+    )
+    return judged, settings.pointing.mute_beyond_rad
 
 
 def _through_daemon(asked: _Asked, run: Path, stay: bool) -> tuple[_Judged, float]:
@@ -270,8 +276,20 @@ def _through_daemon(asked: _Asked, run: Path, stay: bool) -> tuple[_Judged, floa
         about,
         looks,
         sync,
+        _advice(daemon.settings, asked.base is not None),
     )
     return judged, daemon.settings.pointing.mute_beyond_rad
+
+
+def _advice(settings: DaemonSettings, moves: bool) -> str:
+    """That loops follow a base where it was, where they do."""
+    control = settings.model_control
+    if not moves or (control is not None and control.extrapolate_base):
+        return ""
+    return (
+        "These loops take the base's attitude as old as it arrives; loops that gimbal-hil tune --for pointing writes "
+        "extrapolate it (model_control.extrapolate_base)."
+    )
 
 
 def _say(line: str) -> None:
@@ -291,7 +309,8 @@ def _tell(judged: _Judged, beyond_rad: float, folder: Path, run: Path | None, as
         judged.log, judged.target, judged.first_row_tick, judged.span, judged.changes, judged.truth, judged.looks
     )
     figures = pointing_figures(trace, judged.changes, beyond_rad)
-    held = HeldTarget(judged.target.name, judged.where, judged.about, judged.log.record.header.axes)
+    about = f"{judged.about} {judged.advice}".strip()
+    held = HeldTarget(judged.target.name, judged.where, about, judged.log.record.header.axes)
     page = write_page(folder / "report.html", held, trace, figures, judged.changes, beyond_rad)
     document: dict[str, object] = {"target": judged.target.name, "run": str(run or folder), **figures.as_dict()}
     document["boresight"] = judged.looks.value
@@ -307,6 +326,8 @@ def _tell(judged: _Judged, beyond_rad: float, folder: Path, run: Path | None, as
         print(json.dumps(document, allow_nan=False))
     else:
         print(summary(judged.target.name, figures))
+        if judged.advice:
+            print(f"  {judged.advice}")
         print(f"  report  {page}")
         print_next(after_point(folder, run))
     return EXIT_DONE if acquired and figures.followed_the_target else EXIT_NO

@@ -12,7 +12,7 @@ from firmware_protocol.places import require_new
 from gimbal_hil.surface.cli.completion import model_names
 
 if TYPE_CHECKING:
-    from gimbal_hil.knowledge.tuning import LoopFigures, Tuning
+    from gimbal_hil.knowledge.tuning import Aim, LoopFigures, Tuning
     from gimbal_hil.loop.settings import DaemonSettings
     from sim_backend.model import AntennaModel
 
@@ -95,7 +95,7 @@ def command(
         print(f"{error}: ask for less with --margin, or look at delay, gyro and modes in {name}")
         return EXIT_NO
     written = _write(config, path, found, settings)
-    told = _reported(page, config, written, first, found, about, margin)
+    told = _reported(page, config, written, first, found, about, margin, Aim(aim))
     numbers = assumed_numbers(about)
     if as_json:
         assumed = [asdict(one) for one in numbers]
@@ -117,16 +117,17 @@ def _reported(
     found: Tuning,
     model: AntennaModel,
     margin: float,
+    aim: Aim,
 ) -> str:
     """The page where one is asked for, and its text for the terminal."""
     from gimbal_hil.loop.settings import load_settings
-    from gimbal_hil.surface.cli.tune_report import gain_report, report
+    from gimbal_hil.surface.cli.tune_report import TuningAsked, gain_report, report
 
     if page.report is None:
         return ""
     before = load_settings(config)
     if first is not None:
-        return report(page.report, before, written, first, margin, page.seeds)
+        return report(page.report, before, written, first, TuningAsked(margin, aim, page.seeds))
     return gain_report(page.report, before, written, found, model, page.seeds)
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from gimbal_hil.knowledge.tuning import Tuning
+    from gimbal_hil.knowledge.tuning import Aim, Tuning
     from gimbal_hil.loop.settings import DaemonSettings
     from sim_backend.model import AntennaModel
 
@@ -65,9 +66,16 @@ def gain_report(
     return gained_text(ran)
 
 
-def report(
-    out: Path, before: DaemonSettings, after: DaemonSettings, first: AntennaModel, margin: float, seeds: int
-) -> str:
+@dataclass(frozen=True)
+class TuningAsked:
+    """What the loops were tuned for, with the improved model and so with the first one."""
+
+    margin: float
+    aim: Aim
+    seeds: int
+
+
+def report(out: Path, before: DaemonSettings, after: DaemonSettings, first: AntennaModel, asked: TuningAsked) -> str:
     """Run the arena on the configuration's antenna (the improved model, where that is a real one) and write the page;
     the text for the terminal.
     """
@@ -93,14 +101,14 @@ def report(
     models = out / "models"
     models.mkdir(parents=True, exist_ok=True)
     (models / "first.yaml").write_text(first.to_yaml(), encoding="utf-8")
-    with_first = with_changes(before, tuned(before, first, str(models / "first.yaml"), margin).changes)
+    with_first = with_changes(before, tuned(before, first, str(models / "first.yaml"), asked.margin, asked.aim).changes)
     paid = what_paid(
         [chosen(shipped_scenarios(), words)[0] for words in _SCENARIOS],
         antenna,
         {BEFORE: before, FIRST: with_first, IMPROVED: after},
         changed_parts(first, improved),
         models,
-        seeds,
+        asked.seeds,
     )
     Page("Tuning", "What the improved model gains in pointing", paid_blocks(paid)).write(out / "report.html")
     return paid_text(paid)
