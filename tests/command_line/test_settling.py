@@ -15,6 +15,7 @@ from gimbal_hil.knowledge import improvement
 from gimbal_hil.knowledge.discrepancy import CHANCE, Kind
 from gimbal_hil.knowledge.discrepancy.inquiry.inquiry import State
 from gimbal_hil.knowledge.improvement.choosing import Option, Pair
+from gimbal_hil.knowledge.improvement.showing import ShowingRun
 from gimbal_hil.loop.settings import shipped_settings
 from gimbal_hil.surface.cli.app import run
 from gimbal_hil.surface.cli.settling import limits_in, write_settling
@@ -66,10 +67,11 @@ def test_what_is_said_of_a_motion_says_how_its_log_is_used(
 def test_a_motion_that_decides_is_the_hold_out_of_the_next_call(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    made = ((("inertia", "inner"),), Option("settle", "inner", 1234.0, 20.7))
-    hidden = (("inertia", "inner"), ("viscous", "outer"))
+    made = ShowingRun((("inertia", "inner"),), (("viscous", "inner"),), Option("settle", "inner", 1234.0, 20.7))
+    hidden = (("inertia", "inner"), ("viscous", "outer"), ("viscous", "inner"))
     finding = cast(Finding, SimpleNamespace(kind=Kind.CANNOT_JUDGE, result=SimpleNamespace(hidden=hidden)))
     for found, said in ((made, "its log is the --holdout"), (None, "no motion inside the limits")):
         monkeypatch.setattr(improvement, "showing_run", lambda *_, found=found: found)
         line = write_settling(tmp_path / "s.yaml", finding, shipped_settings(), 1, lambda text: None)
-        assert said in line and ("viscous on outer" in line) == (found is not None)
+        assert said in line and ("viscous on outer, of which the model file" in line) == (found is not None)
+        assert ("viscous on inner, which no motion" in line) == (found is not None)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gimbal_hil.knowledge.discrepancy.laws import Curve, LawShape
-from gimbal_hil.knowledge.discrepancy.laws.knots import basis, knots_of, knots_where_it_bends
+from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry
+from gimbal_hil.knowledge.discrepancy.laws import Curve, LawShape, curve
+from gimbal_hil.knowledge.discrepancy.laws.knots import RangeSeen, basis, knots_of, knots_where_it_bends
 from gimbal_hil.knowledge.discrepancy.laws.linear import FOLDS, JUDGES, Normal, Straight
 from sim_backend.model import ActsOn, Over
 from tests.effects.rigs import rotary, run
@@ -81,6 +83,25 @@ def test_what_is_no_function_of_the_variable_is_not_foretold() -> None:
     assert few > 0.97 * level and many > few
 
 
+class Foretold:
+    """What curves with so many knots leave: a narrow bump, which few knots draw worse than fewer."""
+
+    judging = np.zeros(40 * ROWS, dtype=bool)
+
+    def foretold(self, columns: np.ndarray, channel: int) -> float:
+        return {3: 90.0, 4: 175.0, 5: 182.0, 7: 158.0, 9: 120.0, 12: 10.6, 16: 4.3}.get(columns.shape[1], 4.4)
+
+
+def test_a_bump_that_few_knots_draw_worse_than_none_is_looked_for_with_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    x = np.linspace(-1.0, 1.0, 40 * ROWS)
+    monkeypatch.setattr(curve, "channel_of", lambda inquiry, axis: 0)
+    monkeypatch.setattr(curve, "columns_on", lambda inquiry, seen, knots: basis(x, knots[0]))
+    inquiry = cast(Inquiry, SimpleNamespace(twin=SimpleNamespace(records=(0,))))
+    seen = RangeSeen(LawShape("axis", ActsOn.TORQUE, (Over.RATE,)), [(x,)], [])
+    found = curve.tried(inquiry, cast(Straight, Foretold()), seen, curve.COUNTS)
+    assert found is not None and len(found.knots[0]) == 16
+
+
 def _curve(shape: LawShape, knots: Any, values: list[float]) -> Curve:
     at = np.array(values)
     return Curve(shape, knots, at, at - 0.1, at + 0.1)
@@ -88,18 +109,18 @@ def _curve(shape: LawShape, knots: Any, values: list[float]) -> Curve:
 
 def test_a_curve_stands_in_a_model_file_as_it_was_fitted() -> None:
     both = LawShape("axis", ActsOn.TORQUE, (Over.POSITION,), by_direction=True, direction_travel=1e-6)
-    curve = _curve(both, ((-9.0, 0.0, 9.0),), [-0.3, -0.3, -0.3, 0.1, 0.1, 0.1])
-    model = rotary().with_law(curve.entry(False))
+    law = _curve(both, ((-9.0, 0.0, 9.0),), [-0.3, -0.3, -0.3, 0.1, 0.1, 0.1])
+    model = rotary().with_law(law.entry(False))
     ahead = run(model, 1.0, 1000).position[-1, 0]
     assert ahead == pytest.approx(run(rotary(), 0.7, 1000).position[-1, 0], rel=1e-3)
-    assert [line.name for line in curve.lines()] == ["forward", "backward"]
-    assert all(np.all(line.low < line.y) and np.all(line.y < line.high) for line in curve.lines())
+    assert [line.name for line in law.lines()] == ["forward", "backward"]
+    assert all(np.all(line.low < line.y) and np.all(line.y < line.high) for line in law.lines())
 
 
 def test_a_surface_stands_there_row_by_row() -> None:
     shape = LawShape("axis", ActsOn.FRICTION, (Over.SPEED, Over.RECENT_SPEED), memory_s=2.0)
-    curve = _curve(shape, ((0.0, 1.0), (0.0, 0.5, 1.0)), [0.0, 0.1, 0.2, 0.3, 0.4, 0.5])
-    entry = curve.entry(False)
+    law = _curve(shape, ((0.0, 1.0), (0.0, 0.5, 1.0)), [0.0, 0.1, 0.2, 0.3, 0.4, 0.5])
+    entry = law.entry(False)
     assert entry["values"] == [[0.0, 0.1, 0.2], [0.3, 0.4, 0.5]] and entry["memory_s"] == 2.0
     assert rotary().with_law(entry).effects[0].law is not None
-    assert len(curve.lines()) == 3
+    assert len(law.lines()) == 3

@@ -7,7 +7,7 @@ A-optimality, the sum of the variances of these numbers, each in units of the er
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,7 +28,7 @@ from gimbal_hil.knowledge.discrepancy import (
 from gimbal_hil.knowledge.executor import WorkExecutor
 from gimbal_hil.knowledge.improvement.budgets import budgets_of
 from gimbal_hil.knowledge.improvement.choosing import SPREAD, Apart, Coordinates, Option, rehearsal_of
-from gimbal_hil.knowledge.improvement.design import ANTENNA_S, DesignTask, written
+from gimbal_hil.knowledge.improvement.design import ANTENNA_S, DesignTask, designed, written
 from gimbal_hil.loop.settings import DaemonSettings
 from sim_backend.model import AntennaModel
 
@@ -42,6 +42,10 @@ class HiddenNumbers:
     twin: Twin
     floor: Floats
     least_gap: float
+
+    def only(self, labels: Collection[tuple[str, str]]) -> HiddenNumbers:
+        """The same of these numbers alone."""
+        return replace(self, errors=tuple(error for error in self.errors if error.label in labels))
 
     def shown(self, table: SignalsTable) -> HiddenShown:
         """What a table of the model says."""
@@ -83,27 +87,71 @@ def _may_be(model: AntennaModel, twin: Twin, errors: tuple[NumberError, ...]) ->
             yield explained_by(model, twin, error.off)
 
 
+@dataclass(frozen=True)
+class ShowingRun:
+    """A motion, the numbers (effect, axis) that it shows, and those that it does not: no motion shows them, or none
+    that shows the others.
+    """
+
+    shows: tuple[tuple[str, str], ...]
+    not_shown: tuple[tuple[str, str], ...]
+    option: Option
+
+
 def showing_run(
     result: Result,
     settings: DaemonSettings,
     path: Path,
     executor: WorkExecutor,
     tell: Callable[[str], None] = lambda text: None,
-) -> tuple[tuple[tuple[str, str], ...], Option] | None:
-    """The numbers (effect, axis) that the logs say nothing of and a motion would show, and that motion, its plan in a
-    file; None where nothing is hidden, or no motion shows it.
+) -> ShowingRun | None:
+    """A motion that shows numbers which the logs say nothing of, its plan in a file; None where nothing is hidden, or
+    no motion shows any of it.
     """
     inquiry, now = result.inquiry, result.model
     errors = number_errors(inquiry, result.null, result.hidden)
-    labels = tuple(dict.fromkeys(error.label for error in errors))
     if not errors:
         return None
     question = HiddenNumbers(errors, now, replace(inquiry.twin, scales=None), inquiry.floor, inquiry.policy.least_gap)
     budgets = budgets_of(settings, ANTENNA_S, 1, {}, {})
     task = DesignTask(question, settings, budgets, may_be=tuple(_may_be(now, inquiry.twin, errors)))
-    words = ", ".join(f"{name.replace('_', ' ')} of {axis}" for name, axis in labels)
-    made = written(task, f"Made to show {words}", labels[0][1], now, path, executor, tell)
-    return None if made is None else (labels, made)
+    return shown_by_one(task, question, path, executor, tell)
 
 
-__all__ = ["HiddenNumbers", "HiddenShown", "showing_run"]
+def shown_by_one(
+    task: DesignTask,
+    question: HiddenNumbers,
+    path: Path,
+    executor: WorkExecutor,
+    tell: Callable[[str], None] = lambda text: None,
+) -> ShowingRun | None:
+    """One motion for all numbers of the question; where none shows all, for as many of them as one shows."""
+    every = tuple(dict.fromkeys(error.label for error in question.errors))
+    for labels in _together(task, question, executor, tell):
+        words = ", ".join(f"{name.replace('_', ' ')} of {axis}" for name, axis in labels)
+        asked = replace(task, question=question.only(labels))
+        made = written(asked, f"Made to show {words}", labels[0][1], question.model, path, executor, tell)
+        if made is not None:
+            return ShowingRun(labels, tuple(label for label in every if label not in labels), made)
+    return None
+
+
+def _together(
+    task: DesignTask, question: HiddenNumbers, executor: WorkExecutor, tell: Callable[[str], None]
+) -> Iterator[tuple[tuple[str, str], ...]]:
+    """Numbers that one motion may show: all; then those that a motion shows by itself, without the one that shows
+    least, and so on.
+    """
+    every = tuple(dict.fromkeys(error.label for error in question.errors))
+    yield every
+    if len(every) == 1:
+        return
+    tell("designing: no motion shows all of these numbers; looking for one that shows some")
+    alone = {one: designed(replace(task, question=question.only((one,))), executor) for one in every}
+    merits = {one: design.merit for one, design in alone.items() if design is not None}
+    able = sorted(merits, key=lambda one: -merits[one])
+    for count in range(min(len(able), len(every) - 1), 0, -1):
+        yield tuple(able[:count])
+
+
+__all__ = ["HiddenNumbers", "HiddenShown", "ShowingRun", "showing_run", "shown_by_one"]

@@ -45,13 +45,16 @@ def write_settling(
         with open_executor(workers) as executor:
             showing = showing_run(finding.result, settings, path, executor, tell)
         if showing is None:
-            return "  no motion inside the limits of the antenna shows all of it"
-        labels, made = showing
-        left = [f"{name} on {axis}" for name, axis in finding.result.hidden if (name, axis) not in labels]
-        stays = (
-            f"; it does not show {', '.join(left)}, of which the model file itself allows half or twice" if left else ""
+            return "  no motion inside the limits of the antenna shows any of it"
+        worked_out = {*showing.shows, *showing.not_shown}
+        allowed = [label for label in finding.result.hidden if label not in worked_out]
+        reasons = (
+            (showing.not_shown, "which no motion inside the limits shows beside the rest"),
+            (allowed, "of which the model file itself allows half or twice"),
         )
-        return f"  a motion that shows it: {path}, {made.duration_s:.0f} s; run it, its log is the --holdout{stays}"
+        stays = "".join(f"; it does not show {_listed(labels)}, {why}" for labels, why in reasons if labels)
+        seconds = showing.option.duration_s
+        return f"  a motion that shows it: {path}, {seconds:.0f} s; run it, its log is the --holdout{stays}"
     with open_executor(workers) as executor:
         found = settling_run(finding.result, settings, path, executor, tell)
     if found is None:
@@ -61,6 +64,10 @@ def write_settling(
     log = "--holdout" if pair.against_chance else "--measured"
     worth = f"{made.expected:.3g} squared floors expected in {made.duration_s:.0f} s"
     return f"to settle it: {path}, {worth}; give its log as a further {log}"
+
+
+def _listed(labels: Sequence[tuple[str, str]]) -> str:
+    return ", ".join(f"{name} on {axis}" for name, axis in labels)
 
 
 __all__ = ["SETTLE_FILE", "limits_in", "write_settling"]

@@ -25,6 +25,8 @@ from sim_backend.model import UNIT_OF, LawKind
 
 #: how many knots are tried, and of either of two variables
 COUNTS, ACROSS = (3, 4, 5, 7, 9, 12, 16, 22, 30, 42, 60, 85), ((4, 4), (7, 5), (12, 7))
+#: knots by which shapes are compared first: with fewer the search for their number does not end
+FEW = 12
 #: more knots must leave less by this share, or by so many squared floors
 _LESS, _FLOORS = 0.05, 0.1
 #: how often knots are put where it bends; factors by which a memory is first and last moved, fewest knots meanwhile
@@ -153,7 +155,9 @@ def tried(inquiry: Inquiry, straight: Straight, seen: RangeSeen, counts: tuple[i
         if _ROWS_PER_VALUE * columns.shape[1] > int(np.sum(~straight.judging)):
             break
         found.append(Tried(seen, knots, columns, straight.foretold(columns, channel)))
-        if len(found) > 3 and all(one.leaves > _enough(min(f.leaves for f in found)) for one in found[-3:]):
+        # a narrow bump shows only with knots enough to draw it
+        least, drawn = min(one.leaves for one in found), len(knots) == 1 and len(knots[0]) > FEW
+        if drawn and all(one.leaves > _enough(least) for one in found[-3:]):
             break
     if not found:
         return None
@@ -259,6 +263,7 @@ def control_of(straight: Straight, one: Tried, channel: int, shifts: tuple[float
 
 __all__ = [
     "COUNTS",
+    "FEW",
     "Curve",
     "Tried",
     "channel_of",

@@ -9,6 +9,7 @@ import numpy as np
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State, refitted, rms, surely_less
 from gimbal_hil.knowledge.discrepancy.laws.curve import (
     COUNTS,
+    FEW,
     Curve,
     Tried,
     channel_of,
@@ -26,8 +27,8 @@ from gimbal_hil.knowledge.discrepancy.laws.shape import crossed, shapes_of
 from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Floats, Twin
 from sim_backend.model import AntennaModel
 
-#: laws of one verdict; knots by which shapes are compared first, and shapes that are then looked at closely
-_MOST_LAWS, _FEW, _CLOSE = 3, (12,), 4
+#: laws of one verdict, and shapes that are looked at closely
+_MOST_LAWS, _CLOSE = 3, 4
 #: a plainer shape is taken that leaves no more than so many times what the best one does, and so many squared floors
 _AS_GOOD, _FLOORS = 1.15, 0.15
 #: two variables are looked at where one leaves more squares than this, of which they must take this share
@@ -155,7 +156,7 @@ def _best(found: Described, straight: Straight) -> Tried | None:
     axis = inquiry.twin.channels[worst].axis
     inquiry.tell(f"looking for a law of {axis}")
     shapes = shapes_of(inquiry.twin.model, axis, inquiry.twin.records)
-    looked = [one for shape in shapes if (one := tried(inquiry, straight, seen_of(inquiry, shape), _FEW)) is not None]
+    looked = [one for shape in shapes if (one := tried(inquiry, straight, seen_of(inquiry, shape), (FEW,))) is not None]
     looked = sorted(looked, key=lambda one: one.leaves)[:_CLOSE]
     closely = [one for few in looked if (one := tried(inquiry, straight, few.seen, COUNTS)) is not None]
     if not closely:
