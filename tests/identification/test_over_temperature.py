@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -14,7 +16,15 @@ from hypothesis import strategies as st
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.identification import Log, as_warm_as, at_temperature, grouped, has_table, require_a_table
-from gimbal_hil.knowledge.identification.over_temperature import MOST_WARMING_DEGC, SAME_DEGC, temperature_of
+from gimbal_hil.knowledge.identification.axis_identification import AxisIdentification
+from gimbal_hil.knowledge.identification.estimate import DataWarning, Determination, Estimate, Interval
+from gimbal_hil.knowledge.identification.over_temperature import (
+    MOST_WARMING_DEGC,
+    SAME_DEGC,
+    TemperatureResult,
+    temperature_of,
+)
+from gimbal_hil.knowledge.identification.over_temperature_text import over_temperature_lines, within
 from gimbal_hil.surface.cli.app import run
 from sim_backend.model import AntennaModel, load_model, shipped_model
 
@@ -119,3 +129,40 @@ def test_two_temperatures_become_a_table_whose_intervals_hold_the_truth(
     after = load_model(tmp_path / "again" / "model.yaml")
     assert after.friction_over_temperature["inner"][1] == model.friction_over_temperature["inner"][1]
     assert (tmp_path / "again" / "over_temperature.csv").read_text().startswith("axis,temperature_degc,number,value")
+
+
+def _estimate(name: str, value: float, half: float, reason: str = "") -> Estimate:
+    verdict = Determination.NOT_IDENTIFIED if reason else Determination.IDENTIFIED
+    return Estimate(name, value, Interval(value - half, value + half), "N m", verdict, value, None, reason, "ramps")
+
+
+def _result(degc: float, coulomb: float, rules: tuple[str, ...]) -> TemperatureResult:
+    estimates = (_estimate("coulomb", coulomb, 1.2e-6), _estimate("sigma0", 300.0, 1.0, "no data"))
+    findings = tuple(DataWarning(rule, f"{rule} at {coulomb}", ()) for rule in rules)
+    one = SimpleNamespace(axis="outer", estimates=estimates, findings=findings)
+    return TemperatureResult(degc, TABLED, (cast(AxisIdentification, one),))
+
+
+def test_the_terminal_has_a_row_for_each_temperature_and_says_once_what_is_open() -> None:
+    found = [
+        _result(-40.0, 0.1317535, ("passive",)),
+        _result(20.0, 0.1036532, ("passive", "scale")),
+        _result(85.0, 0.1, ()),
+    ]
+    said = over_temperature_lines(found)
+    assert said[0] == "Friction at -40, 20, 85 degC; 3 of 6 numbers identified."
+    rows = [line.split() for line in said if "±" in line]
+    assert [row[0] for row in rows] == ["-40.0", "20.0", "85.0"] and rows[0][2:5] == ["0.1317535", "±", "0.0000012"]
+    assert all("(300)" in row for row in rows)
+    assert [line for line in said if line.startswith("  ! ")] == [
+        "  ! outer sigma0: no data; to settle it: ramps",
+        "  ! outer at -40 degC: passive at 0.1317535 (and at 20 degC)",
+        "  ! outer at 20 degC: scale at 0.1036532",
+    ]
+
+
+@given(st.floats(1e-9, 1e3), st.floats(-1e3, 1e3))
+def test_a_number_and_half_its_interval_have_the_same_decimals_and_no_exponent(half: float, value: float) -> None:
+    one, other = within(value, half).split(" ± ")
+    assert "e" not in one + other and len(one.partition(".")[2]) == len(other.partition(".")[2])
+    assert float(other) == pytest.approx(half, rel=0.06) and abs(float(one) - value) <= 0.06 * half

@@ -33,6 +33,7 @@ from gimbal_hil.knowledge.identification.over_temperature import (
     with_rows,
 )
 from gimbal_hil.knowledge.identification.over_temperature_page import over_temperature_page
+from gimbal_hil.knowledge.identification.over_temperature_text import over_temperature_lines
 from gimbal_hil.knowledge.identification.pages import identification_page, identification_record
 from gimbal_hil.knowledge.identification.presliding import PreslidingFit, PreslidingRun, fit_presliding
 from gimbal_hil.knowledge.identification.reading import read_logs
@@ -106,6 +107,7 @@ __all__ = [
     "mean_with_error",
     "measure_velocity_map",
     "numbers_of_motion",
+    "over_temperature_lines",
     "over_temperature_page",
     "rate_jitter",
     "read_logs",

@@ -38,7 +38,7 @@ _STEPS: tuple[Column, ...] = (
 #: one for each controller that there is by name
 _COLOURS = [
     f"#{one}"
-    for one in ["8a94a0", "b8860b", "d95f02", "1f6f8b", "4a8c5c", "6a4c93", "7a5230", "c2579b", "b3261e", "2e4a9e"]
+    for one in ["8a94a0", "1f6f8b", "d95f02", "b8860b", "4a8c5c", "6a4c93", "7a5230", "c2579b", "b3261e", "2e4a9e"]
 ]
 #: how many times the best error still counts as the best
 _CLOSE = 1.1
@@ -99,8 +99,8 @@ def _worst_lines(found: ArenaResult) -> list[str]:
                 behind = _behind(found, antenna, entrant.name)
                 if behind is not None:
                     told += (
-                        f"; over 10 % behind the best in {behind.count} of {behind.rows} cases, "
-                        f"{behind.most:.1f} times in {behind.where}"
+                        f"; over 10 % behind the best in {behind.count} of {behind.rows} cases, at most "
+                        f"{_three_digits(behind.most)} times the best's error ({behind.where})"
                     )
                 swings = "; its loops are not stable on this antenna: what is shown is a limit cycle"
                 lines.append(told + (swings if _is_limit_cycle(entrant, antenna) else ""))
@@ -118,7 +118,7 @@ def _worst_table(found: ArenaResult) -> Table:
             size = "tripped" if worst[1] == float("inf") else _three_digits(_MICRO * worst[1])
             behind, seen = _behind(found, antenna, entrant.name), ("-", "-")
             if behind is not None:
-                seen = f"{behind.count} of {behind.rows}", f"{behind.where}: {_three_digits(behind.most)} times"
+                seen = f"{behind.count} of {behind.rows}", f"{_three_digits(behind.most)} times: {behind.where}"
             told = "not stable: a limit cycle" if _is_limit_cycle(entrant, antenna) else ""
             rows.append((entrant.name, _short(antenna), worst[0], size, *seen, told))
     kept = [True] * 6 + [any(row[6] for row in rows)]

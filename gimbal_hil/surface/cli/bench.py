@@ -133,6 +133,8 @@ def _answer(what: str, measured: BenchFindings, page: Path | None, as_json: bool
             print(f"SLOWER {line}", file=sys.stderr, flush=True)
         bench_page([*slower_blocks(slower), *blocks], f"gimbal-hil bench {words}").write(page)
     if not as_json:
+        if page is not None:
+            print(f"\nreport: {page}")
         print_next(command_line("doctor", config=config))
     return 0 if all_right else 1
 

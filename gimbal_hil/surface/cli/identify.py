@@ -172,12 +172,10 @@ def _write(out: Path, given: AntennaModel, found: list[TemperatureResult], recor
 
 
 def _told(found: list[TemperatureResult], tabled: bool) -> list[str]:
-    """What was found, one temperature after the other."""
-    lines = []
-    for one in found:
-        lines += [f"at {one.temperature_degc:.1f} degC"] if tabled else []
-        lines += _lines(one.results)
-    return lines
+    """What was found, for the terminal."""
+    from gimbal_hil.knowledge.identification import over_temperature_lines
+
+    return over_temperature_lines(found) if tabled else _lines(found[0].results)
 
 
 def _files(out: Path, tabled: bool) -> list[str]:
@@ -212,7 +210,11 @@ def _logs(
             bar.advance(task)
         tables = questioned(model, tuple(log.table for log in logs), reading.repair)
     preflight(model, tables)
-    notes = [f"{table.source}: {note}" for table in tables for note in table.notes]
+    sources: dict[str, list[str]] = {}
+    for table in tables:
+        for note in table.notes:
+            sources.setdefault(note, []).append(table.source)
+    notes = [f"{', '.join(where)}: {note}" for note, where in sources.items()]
     return [replace(log, table=table) for log, table in zip(logs, tables, strict=True)], notes
 
 
