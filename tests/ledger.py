@@ -12,7 +12,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 
 #: s of tests for one mutant before another is asked, in each round
@@ -22,17 +22,19 @@ _LONGEST_S = 120
 
 
 class Ledger:
-    """`MUTANTS_OUT` names the file, `MUTANTS_SECONDS` after how long no other mutant is begun."""
+    """`MUTANTS_OUT` names the file, `MUTANTS_SECONDS` after how long no other mutant is begun. `MUTANTS_HINTS` names a
+    file of other code: nothing in it counts, but what noticed a mutant there is asked about it first.
+    """
 
     def __init__(self) -> None:
-        out = os.environ.get("MUTANTS_OUT")
+        out, hints = os.environ.get("MUTANTS_OUT"), os.environ.get("MUTANTS_HINTS")
         self._file = None if out is None else Path(out)
         self._end = time.monotonic() + float(os.environ.get("MUTANTS_SECONDS", "inf"))
-        text = self._file.read_text() if self._file is not None and self._file.exists() else ""
-        self._killers: dict[str, str | None] = {}
-        for line in text.splitlines():
-            entry = json.loads(line)
-            self._killers[entry["key"]] = entry["killer"]
+        self._killers = _read(self._file)
+        self._hints: dict[str, list[str]] = {}
+        for key, killer in _read(None if hints is None else Path(hints)).items():
+            if killer is not None:
+                self._hints.setdefault(_without_hash(key), []).append(killer)
 
     @property
     def is_over(self) -> bool:
@@ -50,6 +52,24 @@ class Ledger:
             with self._file.open("a") as out:
                 out.write(json.dumps({"key": key, "killer": killer}) + "\n")
 
+    def ask_hinted(
+        self, mutants: Sequence[str], tests: Collection[str], build: Callable[[int | None], Callable[[str], bool]]
+    ) -> None:
+        """Ask each mutant (its key) only what noticed it in other code, if that passes without a mutant. `build` makes
+        the code without a change where it is given no number.
+        """
+        wanted = {name for key in mutants for name in self._hints.get(_without_hash(key), ()) if name in tests}
+        unchanged = build(None)
+        good = {name for name in sorted(wanted) if not self.is_over and _in_time(unchanged, name)}
+        for number, key in enumerate(mutants):
+            names = [name for name in self._hints.get(_without_hash(key), ()) if name in good]
+            if self.is_over or not names:
+                continue
+            passes = build(number)
+            killer = next((name for name in dict.fromkeys(names) if not _in_time(passes, name)), None)
+            if killer is not None:
+                self.enter(key, killer)
+
     def killers(self) -> list[str]:
         """Every test that noticed one, the one that did so last first."""
         return list(dict.fromkeys(killer for killer in reversed(self._killers.values()) if killer is not None))
@@ -59,10 +79,12 @@ class Ledger:
         mutants: Sequence[tuple[str, set[str]]],
         cost: dict[str, float],
         build: Callable[[int], Callable[[str], bool]],
+        with_all_tests: bool = True,
     ) -> None:
         """Ask for each mutant (its key, the tests that can notice it) the tests until one fails: what found the one
         before first, then the quick ones. Those that may live are asked on in later rounds, each more patient than the
-        one before. `build` makes a mutant by its number and answers what runs a test.
+        one before; only those that all tests leave alive live. `build` makes a mutant by its number and answers what
+        runs a test.
         """
         latest = [name for name in self.killers() if name in cost]
         asked: dict[int, set[str]] = {number: set() for number in range(len(mutants))}
@@ -88,7 +110,7 @@ class Ledger:
                 if killer is not None:
                     latest = [killer, *(name for name in latest if name != killer)]
                     self.enter(key, killer)
-                elif asked[number] == tests and patience_s == math.inf:
+                elif with_all_tests and asked[number] == tests and patience_s == math.inf:
                     self.enter(key, None)
                     print(f"lives: {key}", file=sys.stderr, flush=True)
 
@@ -97,6 +119,17 @@ class Ledger:
         asked = [(key, name) for key, name in named if key in self._killers]
         survivors = [name for key, name in asked if self._killers[key] is None]
         return {"mutants": len(named), "asked": len(asked), "survivors": survivors}
+
+
+def _read(file: Path | None) -> dict[str, str | None]:
+    text = file.read_text() if file is not None and file.exists() else ""
+    entries = [json.loads(line) for line in text.splitlines()]
+    return {entry["key"]: entry["killer"] for entry in entries}
+
+
+def _without_hash(key: str) -> str:
+    """What a mutant is called, whatever else its function says and wherever in it that is."""
+    return key.split(" ", 2)[2]
 
 
 def _in_time(passes: Callable[[str], bool], name: str) -> bool:

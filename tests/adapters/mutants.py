@@ -26,7 +26,7 @@ import hypothesis
 import pytest
 from hypothesis import Phase
 
-from tests.host.mutants import _changes, _in_order, _Replacing
+from tests.host.mutants import _changes, _in_order, _Replacing, _words
 from tests.ledger import Ledger, key_of
 
 _ADAPTERS, _DAEMON = "firmware_protocol.adapters", "gimbal_hil.realtime.daemon"
@@ -165,17 +165,19 @@ class _Asking:
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         """In place of every test once."""
         self._items = {item.nodeid: item for item in session.items}
-        tests = self._reaching()
 
-        def build(number: int) -> Callable[[str], bool]:
+        def build(number: int | None) -> Callable[[str], bool]:
             def passes(name: str) -> bool:
-                with changed(self._chosen[number]):
+                with contextlib.nullcontext() if number is None else changed(self._chosen[number]):
                     return self._passes(name)
 
             return passes
 
+        self._ledger.ask_hinted([mutant.key for mutant in self._chosen], self._items, build)
+        self._chosen = [mutant for mutant in self._chosen if not self._ledger.knows(mutant.key)]
+        tests = self._reaching()
         open_ones = [(mutant.key, reaching) for mutant, reaching in zip(self._chosen, tests, strict=True)]
-        self._ledger.ask(open_ones, dict(self._cost), build)
+        self._ledger.ask(open_ones, dict(self._cost), build, "MUTANTS_TESTS" not in os.environ)
         return True
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -212,14 +214,15 @@ class _Asking:
 def main() -> None:
     """Mutants, how many were asked, those that live."""
     ledger = Ledger()
-    every, of = int(os.environ.get("MUTANTS_EVERY", "1")), os.environ.get("MUTANTS_OF", "").split(",")
+    every, of = int(os.environ.get("MUTANTS_EVERY", "1")), _words("MUTANTS_OF")
     chosen = [mutant for mutant in mutants() if any(text in mutant.name for text in of)][::every]
     open_ones = [mutant for mutant in chosen if not ledger.knows(mutant.key)]
     # a story that fails is enough: it need not be a short one
     hypothesis.settings.register_profile("mutants", phases=(Phase.explicit, Phase.generate), database=None)
     hypothesis.settings.load_profile("mutants")
     root = Path(__file__).parents[1]
-    words = ["-q", "-p", "no:cacheprovider", "-m", "not heavy", *(str(root / name) for name in TESTS)]
+    names = [name for name in TESTS if any(text in name for text in _words("MUTANTS_TESTS"))]
+    words = ["-q", "-p", "no:cacheprovider", "-m", "not heavy", *(str(root / name) for name in names)]
     if open_ones:
         with contextlib.redirect_stdout(io.StringIO()):
             pytest.main(words, [_Asking(open_ones, ledger)])

@@ -268,7 +268,8 @@ def _execute(module: ModuleType, tree: Any) -> None:
 def _tests() -> dict[str, Callable[[], None]]:
     """Every test with every of its parameters, by name."""
     found: dict[str, Callable[[], None]] = {}
-    for module in (importlib.import_module(f"tests.{_ROOMS.get(name, 'host')}.{name}") for name in TESTS):
+    names = [name for name in TESTS if any(text in name for text in _words("MUTANTS_TESTS"))]
+    for module in (importlib.import_module(f"tests.{_ROOMS.get(name, 'host')}.{name}") for name in names):
         for name, function in vars(module).items():
             if not name.startswith("test_") or not callable(function):
                 continue
@@ -282,6 +283,11 @@ def _tests() -> dict[str, Callable[[], None]]:
     return found
 
 
+def _words(variable: str) -> list[str]:
+    """What one of these words is in is taken; everything where there are none."""
+    return os.environ.get(variable, "").split(",")
+
+
 def _passes(test: Callable[[], None]) -> bool:
     try:
         test()
@@ -292,24 +298,29 @@ def _passes(test: Callable[[], None]) -> bool:
 
 def main() -> None:
     """Mutants, those that live, and how long it took; `MUTANTS_EVERY=n` takes every n-th one, `MUTANTS_OF=text,text`
-    those with one of these texts in their names; the rest is `tests.ledger`'s.
+    those with one of these texts in their names, `MUTANTS_TESTS=text,text` likewise tests by their files (those that
+    they leave alive are not told to live); the rest is `tests.ledger`'s.
     """
     if os.environ.get("NUMBA_DISABLE_JIT") != "1":
         # compiled code is not changed with its source: every mutant would live
         sys.exit("mutants: NUMBA_DISABLE_JIT is not 1; expected NUMBA_DISABLE_JIT=1 python -m tests.host.mutants")
     began, tests, ledger = time.perf_counter(), _tests(), Ledger()
-    every, of = int(os.environ.get("MUTANTS_EVERY", "1")), os.environ.get("MUTANTS_OF", "").split(",")
+    every, of = int(os.environ.get("MUTANTS_EVERY", "1")), _words("MUTANTS_OF")
     named = [mutant for mutant in mutants() if mutant.name not in EQUIVALENT]
     chosen = [mutant for mutant in named if any(text in mutant.name for text in of)][::every]
     open_ones = [mutant for mutant in chosen if not ledger.knows(mutant.key)]
-    cost, noticing = _noticing(tests, open_ones) if open_ones else ({}, [])
-    print(f"{len(tests)} tests once: {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
 
-    def build(number: int) -> Callable[[str], bool]:
-        _build(open_ones[number])
+    def build(number: int | None) -> Callable[[str], bool]:
+        _build(None if number is None else open_ones[number])
         return lambda name: _passes(tests[name])
 
-    ledger.ask([(one.key, found) for one, found in zip(open_ones, noticing, strict=True)], cost, build)
+    ledger.ask_hinted([one.key for one in open_ones], tests, build)
+    open_ones = [mutant for mutant in open_ones if not ledger.knows(mutant.key)]
+    print(f"{len(open_ones)} left after the hints", file=sys.stderr, flush=True)
+    cost, noticing = _noticing(tests, open_ones) if open_ones else ({}, [])
+    whole = "MUTANTS_TESTS" not in os.environ
+    print(f"{len(tests)} tests once: {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
+    ledger.ask([(one.key, found) for one, found in zip(open_ones, noticing, strict=True)], cost, build, whole)
     answer = ledger.answer([(mutant.key, mutant.name) for mutant in chosen])
     json.dump({**answer, "seconds": time.perf_counter() - began}, sys.stdout)
 
