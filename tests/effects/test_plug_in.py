@@ -99,7 +99,7 @@ def test_a_second_effect_of_the_same_name_is_refused(tmp_path: Path) -> None:
 
 
 def test_the_effect_that_the_docs_page_shows_works_as_it_stands(tmp_path: Path) -> None:
-    page = (Path(__file__).resolve().parents[2] / "docs" / "reference" / "effects.md").read_text()
+    page = (Path(__file__).resolve().parents[2] / "docs" / "how-to" / "add-an-effect.md").read_text()
     installed(tmp_path, "wind_effect", page.split("```python\n")[1].split("```")[0])
     used = python(tmp_path, USE.replace('"push": 0.25', '"push": -0.25, "direction": 1.5707963267948966'))
     assert used.returncode == 0, used.stderr
