@@ -14,6 +14,7 @@ from types import ModuleType
 
 from tests.device import bench as bench_module
 from tests.device import guard_scenarios
+from tests.interpreted import refuse_compiled
 
 #: in the order of import, so that each one takes the mutated names of those before it
 _NAMES = ("runaway", "guards", "stopping", "holding", "drive", "sensing", "core")
@@ -308,6 +309,7 @@ def _passes(scenario: str) -> bool:
 
 def main() -> None:
     """Scenarios that fail on the true device, mutants that live, and how long it took."""
+    refuse_compiled("tests.device.mutants")
     began = time.perf_counter()
     needed = sorted({name for mutant in MUTANTS for name in mutant.scenarios})
     _build(None)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from collections import Counter
 from pathlib import Path
 
@@ -32,6 +29,7 @@ from sim_backend.shipped import shipped_file
 from tests.device.bench import FrameWire, bench, bench_model
 from tests.device.random_session import session
 from tests.endpoints import Receiver, Sender
+from tests.interpreted import run_interpreted
 
 SLOW = (MotorStatusOuter, MotorStatusInner, BaseAttitude, BaseRate)
 
@@ -154,16 +152,7 @@ def test_a_copied_state_goes_on_bit_for_bit() -> None:
 
 
 def test_interpreted_and_compiled_devices_give_the_same_bits() -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "tests.device.random_session"],
-        cwd=Path(__file__).parents[2],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.strip() == session(FrameWire())
+    assert run_interpreted("tests.device.random_session").strip() == session(FrameWire())
 
 
 def test_noise_follows_the_seed() -> None:

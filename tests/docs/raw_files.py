@@ -11,20 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from tests.change.rig import Machine
+from tests.containers.written import DBC
 
 Log = tuple[np.ndarray, np.ndarray, np.ndarray]
 #: the joint has this ripple and a higher Coulomb level than the model of the page
 MACHINE, START_S, PER_AMPERE = Machine(coulomb=0.05, ripple=0.01), 1_700_000_000.0, 0.062
-DBC = """VERSION ""
-NS_ :
-BS_:
-BU_: X
-BO_ 272 Axis: 8 X
- SG_ Angle : 0|32@1- (1,0) [0|0] "deg" X
- SG_ Torque : 32|32@1- (1,0) [0|0] "Nm" X
-SIG_VALTYPE_ 272 Angle : 1;
-SIG_VALTYPE_ 272 Torque : 1;
-"""
 
 
 @cache

@@ -23,6 +23,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from tests.interpreted import refuse_compiled
 from tests.ledger import Ledger, key_of
 
 _PACKAGE = "gimbal_hil.loop.host"
@@ -301,9 +302,8 @@ def main() -> None:
     those with one of these texts in their names, `MUTANTS_TESTS=text,text` likewise tests by their files (those that
     they leave alive are not told to live); the rest is `tests.ledger`'s.
     """
-    if os.environ.get("NUMBA_DISABLE_JIT") != "1":
-        # compiled code is not changed with its source: every mutant would live
-        sys.exit("mutants: NUMBA_DISABLE_JIT is not 1; expected NUMBA_DISABLE_JIT=1 python -m tests.host.mutants")
+    # compiled code is not changed with its source: every mutant would live
+    refuse_compiled("tests.host.mutants")
     began, tests, ledger = time.perf_counter(), _tests(), Ledger()
     every, of = int(os.environ.get("MUTANTS_EVERY", "1")), _words("MUTANTS_OF")
     named = [mutant for mutant in mutants() if mutant.name not in EQUIVALENT]

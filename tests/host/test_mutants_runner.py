@@ -7,10 +7,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 
-def test_the_mutants_are_not_run_on_compiled_code() -> None:
+
+@pytest.mark.parametrize("module", ["tests.host.mutants", "tests.device.mutants"])
+def test_the_mutants_are_not_run_on_compiled_code(module: str) -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "tests.host.mutants"],
+        [sys.executable, "-m", module],
         cwd=Path(__file__).parents[2],
         env={**os.environ, "NUMBA_DISABLE_JIT": "0"},
         capture_output=True,
@@ -18,5 +21,5 @@ def test_the_mutants_are_not_run_on_compiled_code() -> None:
         check=False,
     )
     assert done.returncode == 1
-    assert "expected NUMBA_DISABLE_JIT=1" in done.stderr
+    assert f"expected NUMBA_DISABLE_JIT=1 python -m {module}" in done.stderr
     assert done.stdout == ""

@@ -26,6 +26,7 @@ COGGING = {"amplitude": 0.03, "order": 12.0, "phase": 0.7}
 #: is resumed
 TRIES = 30
 _MAIN = "from gimbal_hil.surface.cli import main; main()"
+_SHORT = ("--survey", "12", "--json")
 
 
 def configuration(folder: Path) -> Path:
@@ -65,25 +66,18 @@ def plant(folder: Path) -> subprocess.Popen[str]:
     return process
 
 
+def improve(config: Path, out: Path) -> list[str]:
+    """The words of an improvement by short surveys in a process of its own."""
+    return [sys.executable, "-c", _MAIN, "improve", "--config", str(config), "--out", str(out), *_SHORT]
+
+
 @pytest.mark.heavy
 def test_an_improvement_in_real_time_survives_ctrl_c_and_finds_the_effect_hidden_in_the_other_process(
     tmp_path: Path,
 ) -> None:
     config, out = configuration(tmp_path), tmp_path / "out"
     antenna = plant(tmp_path)
-    words = [
-        sys.executable,
-        "-c",
-        _MAIN,
-        "improve",
-        "--config",
-        str(config),
-        "--out",
-        str(out),
-        "--survey",
-        "12",
-        "--json",
-    ]
+    words = improve(config, out)
     journal = out / "journal.jsonl"
     try:
         first = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -115,19 +109,7 @@ def test_an_improvement_in_real_time_survives_ctrl_c_and_finds_the_effect_hidden
 def test_a_killed_improvement_leaves_no_daemon_that_goes_on(tmp_path: Path) -> None:
     config, out = configuration(tmp_path), tmp_path / "out"
     antenna = plant(tmp_path)
-    words = [
-        sys.executable,
-        "-c",
-        _MAIN,
-        "improve",
-        "--config",
-        str(config),
-        "--out",
-        str(out),
-        "--survey",
-        "12",
-        "--json",
-    ]
+    words = improve(config, out)
     try:
         first = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         while first.poll() is None and not (out / "round_1" / "survey" / "checkpoint.json").exists():

@@ -14,20 +14,10 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.preflight import impossible_rows, questioned
 from gimbal_hil.data.signals import SignalsTable, read_signals, write_signals
 from gimbal_hil.surface.cli.app import run
-from sim_backend.model import AntennaModel, model_from_document
+from tests.tables.joint import joint
 
 PERIOD_S, ROWS = 2e-3, 6000
 T = PERIOD_S * np.arange(ROWS)
-
-
-def joint() -> AntennaModel:
-    axis = {
-        "body": {"inertia": {"zz": 0.02}},
-        "friction": {"coulomb": 0.05, "breakaway": 0.05, "stribeck_velocity": 0.01, "viscous": 0.02},
-        "actuator": {"limit": 3.0},
-        "encoder": {"step": 1e-4},
-    }
-    return model_from_document({"schema": 1, "name": "joint", "kind": "rotary", "axes": {"joint": axis}}, "test")
 
 
 def table(position: np.ndarray | None = None, torque: np.ndarray | None = None) -> SignalsTable:
