@@ -11,6 +11,8 @@ import pytest
 from gimbal_hil.loop.host import AxisCommand, EventCode, Mode, Segment, Shape, program_of
 from gimbal_hil.loop.settings import DaemonSettings, host_configuration
 from gimbal_hil.pointing.arena import Trial, chosen, controller_settings, run_trial, shipped_scenarios, wrong_model
+from gimbal_hil.pointing.arena.base_motions import Turbulence
+from gimbal_hil.pointing.arena.trial import program_for
 from gimbal_hil.realtime.lockstep import CompiledPath, FramePath
 from sim_backend.model import AntennaModel, shipped_model
 
@@ -93,6 +95,20 @@ def test_the_first_torques_of_a_motion_are_no_shaking(controller: str) -> None:
     engine = CompiledPath(controller_settings(controller), tilted, 3)
     engine.connect()
     assert not [one for one in engine.run(SWING).events if one.code is EventCode.MODEL]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 9])
+def test_a_reference_that_jumps_with_each_attitude_near_the_zenith_is_no_shaking(seed: int, tmp_path: Path) -> None:
+    scenario = chosen(shipped_scenarios(), "near the zenith")[0].model_copy(update={"duration_s": 4.0})
+    settings, base = controller_settings("tuned"), scenario.base
+    trial = Trial(scenario, "tuned", settings, "realistic", shipped_model("realistic"), seed)
+    assert isinstance(base, Turbulence)
+    base.write(tmp_path / "base.csv", scenario.lead_s + scenario.duration_s + 1.0, seed)
+    motion = {"motion": "recorded", "file": str(tmp_path / "base.csv"), "ins_age_s": 0.005}
+    engine = CompiledPath(settings, trial.model.with_base(motion), seed)
+    engine.connect()
+    events = engine.run(program_for(trial)).events
+    assert "shakes" not in {one.data["news"] for one in events if one.code is EventCode.MODEL}
 
 
 def rms(settings: DaemonSettings, words: str, wrong: float = 0.0, seed: int = 1) -> float:

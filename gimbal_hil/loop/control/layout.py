@@ -108,13 +108,16 @@ FORWARD = PENDING + MOST_DELAY_TICKS + 1
 EXPLAINED, TOLD, SEEN, STALE, DISTRUST = range(FORWARD + 1, FORWARD + 6)
 #: feedback part of the last torque (N m), mean square of its changes, whether the observer has been left
 LAST_FEEDBACK, SHAKING, UNOBSERVED = range(FORWARD + 6, FORWARD + 9)
+#: rate (rad/s) that the reference will ask for at the next tick if it goes on as it does, the torque (N m) that it asks
+#: for now beyond that, and the mean square of this torque
+FORESEEN, JUMP, JUMPING = range(FORWARD + 9, FORWARD + 12)
 #: friction fed forward without its levels: sliding part (zero while bristles bend), viscous part (N m); what the
 #: levels are beyond one
-SLIDING_PART, VISCOUS_PART, SLIDING_LEVEL, VISCOUS_LEVEL = range(FORWARD + 9, FORWARD + 13)
+SLIDING_PART, VISCOUS_PART, SLIDING_LEVEL, VISCOUS_LEVEL = range(FORWARD + 12, FORWARD + 16)
 #: regression of what friction lacks: means over the window, rows of an upper triangle each with its right side; and
 #: room to solve it
 REGRESSORS = 5
-LEVEL_SUMS = FORWARD + 13
+LEVEL_SUMS = FORWARD + 16
 LEVEL_WORK = LEVEL_SUMS + REGRESSORS * (REGRESSORS + 3) // 2
 #: viscous and sliding level beyond one as estimated; as they were at the last reversal; squares of how far reversals
 #: shifted them; reversals so far, and which way the joint slid last

@@ -22,7 +22,9 @@ from gimbal_hil.loop.control.layout import (
     EST_POSITION,
     EST_RATE,
     ESTIMATE,
+    FORESEEN,
     GYRO_LAG,
+    JUMP,
     LAST_FEEDBACK,
     LOOP_ERROR,
     LOOP_REFERENCE,
@@ -56,7 +58,8 @@ def start_observing(position: float, rate: float, base_rate: float, step_s: floa
     H[h + EST_RATE] = rate - base_rate
     H[h + EST_POSITION] = position - step_s * H[h + EST_RATE]
     H[h + EST_DISTURBANCE], H[h + EST_OFFSET] = -net, 0.0
-    H[h + EST_GYRO], H[h + EST_GYRO_SLOPE], H[h + LAST_FEEDBACK] = rate, 0.0, np.nan
+    H[h + EST_GYRO], H[h + EST_GYRO_SLOPE] = rate, 0.0
+    H[h + LAST_FEEDBACK] = H[h + FORESEEN] = np.nan
     for k in range(MOST_DELAY_TICKS + 1):
         H[h + PENDING + k] = net
 
@@ -129,12 +132,16 @@ def observed_torque(
         low, high = max(-C[c + RATE_REFERENCE_LIMIT], allowed[0]), min(C[c + RATE_REFERENCE_LIMIT], allowed[1])
         wanted = clamp(C[c + OBSERVER_POSITION_KP] * (there - q) + H[h + SHAPED_RATE] + ahead * curve, low, high)
         H[h + LOOP_REFERENCE], H[h + LOOP_ERROR] = H[h + SHAPED_POSITION], H[h + SHAPED_POSITION] - H[h + EST_POSITION]
+        asked = C[c + OBSERVER_POSITION_KP] * there + H[h + SHAPED_RATE] + ahead * curve
+        drift = C[c + OBSERVER_POSITION_KP] * (H[h + SHAPED_RATE] + ahead * curve) + curve
     else:
-        wanted = reference
+        wanted, drift = reference, curve
         if mode == _INERTIAL_RATE:
             wanted -= base_rate + H[h + EST_OFFSET]
         H[h + LOOP_REFERENCE], H[h + LOOP_ERROR] = reference, wanted - H[h + EST_RATE]
+        asked = wanted
     inertia, limit, kp = H[h + MOVED_INERTIA], C[c + TORQUE_LIMIT], C[c + TORQUE_SCALE] * C[c + OBSERVER_RATE_KP]
+    H[h + JUMP], H[h + FORESEEN] = kp * (asked - H[h + FORESEEN]), asked + step_s * drift
     torque = kp * (wanted - v) + inertia * (curve - H[h + EST_DISTURBANCE]) + H[h + DRAG]
     H[h + TORQUE] = clamp(torque, -limit, limit)
     return float(H[h + TORQUE])

@@ -4,7 +4,8 @@ With N the torque sent and M what is fed forward, both at each tick, the model i
 is smaller than N with M taken off: mean(N M) < mean(M^2) / 2, which noise in N does not shift. Counted is only where
 friction at rest cannot hide the difference: while the joint slides and its friction is in M, or where M is thrice what
 friction can hold. An observer whose inertia or delay is far off makes the loops swing: then the torque's feedback part
-changes from tick to tick by a share of the limit that noise never asks for.
+changes from tick to tick by a share of the limit that noise never asks for, and by more than twice what the reference
+asks for where it jumps, as at the zenith with each attitude that is told.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from gimbal_hil.loop.control.layout import (
     FRICTION_FORWARD,
     FRICTION_TS,
     FRICTION_VS,
+    JUMP,
+    JUMPING,
     LAST_FEEDBACK,
     LEAST_TOLD,
     MOST_DELAY_TICKS,
@@ -51,6 +54,9 @@ UNCHANGED, TURNED_STALE, TURNED_RIGHT, SHAKES = range(4)
 _LEAST_SHARE, _RIGHT_SHARE = 0.5, 0.75
 #: what is fed forward over the friction at rest (or that nobody feeds forward), which could hide that it is wrong
 _HIDDEN = 3.0
+#: in squares, what a jump of the reference may bring: loops answer it with its own size, and take that back in the
+#: ticks of the delay
+_ANSWERED = 4.0
 #: evidence before a judgement, of a full window's
 _LEAST_SEEN = 0.5
 
@@ -61,6 +67,9 @@ def judge_model(observed: bool, bodies: bool, H: np.ndarray, h: int, C: np.ndarr
     what accelerates the joint, too.
     """
     sent, told = H[h + TORQUE], H[h + FORWARD]
+    # the first one of a motion has none before it
+    if observed and H[h + JUMP] == H[h + JUMP]:
+        H[h + JUMPING] += C[c + SHAKING_SHARE] * (H[h + JUMP] * H[h + JUMP] - H[h + JUMPING])
     if abs(sent) >= C[c + TORQUE_LIMIT]:
         return UNCHANGED
     if not bodies:
@@ -78,10 +87,9 @@ def judge_model(observed: bool, bodies: bool, H: np.ndarray, h: int, C: np.ndarr
         feedback = sent - H[h + DRAG] - H[h + MOVED_INERTIA] * H[h + SHAPED_ACCELERATION]
         change = feedback - H[h + LAST_FEEDBACK]
         H[h + LAST_FEEDBACK] = feedback
-        # the first one of a motion has none before it
         if change == change:
             H[h + SHAKING] += C[c + SHAKING_SHARE] * (change * change - H[h + SHAKING])
-        if H[h + SHAKING] > C[c + MOST_SHAKING]:
+        if H[h + SHAKING] > C[c + MOST_SHAKING] + _ANSWERED * H[h + JUMPING]:
             return SHAKES
     if H[h + SEEN] < _LEAST_SEEN or H[h + TOLD] < C[c + LEAST_TOLD]:
         return UNCHANGED

@@ -11,6 +11,7 @@ from gimbal_hil.loop.control import (
     DELAY_TICKS,
     DISTRUST,
     DRAG,
+    FORESEEN,
     FORWARD,
     FRICTION_FORWARD,
     INERTIA,
@@ -247,6 +248,8 @@ def _enter(mode: int, H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) ->
     enter_mode(position, rate, base_rate, H[h + FEEDFORWARD], H, h, C, c)
     if is_observed(H, h, C, c) and G[g + MODE] < _RATE <= mode:
         start_observing(position, rate, base_rate, C[STEP_S], H, h)
+    # what another mode asked for says nothing of what this one will
+    H[h + FORESEEN] = np.nan
     G[g + MODE] = mode
 
 
