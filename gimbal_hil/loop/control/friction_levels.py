@@ -4,6 +4,8 @@ A joint that slides lacks, beside what is fed forward, (a - 1) times the sliding
 and torque over position, of which an offset and a weight (sine and cosine of the position) are told apart.
 All of them follow from means over a window of what the loops add, as a ridge regression. By how much each reversal
 shifts an estimate tells its interval: a level goes from the model's only as far as its interval lies clear of that.
+Torque that accelerates the joint and is fed forward late looks like viscosity, the more the faster the joint swings (on
+a base that swings at 1 Hz by more than the whole of it): the interval of the viscous level holds that, too.
 Levels stay within bounds, and change only while the joint slides: its bristles, as modelled, have bent in full, however
 slow it is and however short the way.
 """
@@ -23,7 +25,10 @@ from gimbal_hil.loop.control.layout import (
     FRICTION_ROWS,
     FRICTION_TABLE,
     FRICTION_TC,
+    JERK,
     LARGEST_LEVEL,
+    LAST_ACCELERATION,
+    LATE_SUM,
     LEAST_LEVEL,
     LEVEL_BEFORE,
     LEVEL_ESTIMATE,
@@ -32,7 +37,9 @@ from gimbal_hil.loop.control.layout import (
     LEVEL_SIDE,
     LEVEL_SUMS,
     LEVEL_WORK,
+    MOVED_INERTIA,
     REGRESSORS,
+    SHAPED_ACCELERATION,
     SHAPED_POSITION,
     SLIDING_LEVEL,
     SLIDING_PART,
@@ -56,6 +63,8 @@ _RIDGE, _VISCOUS_RIDGE = 0.01, 0.0003
 _BEGUN, _BELIEVED = 2.0, 4.0
 #: half a 95 % interval, in standard errors
 _CLEAR = 2.0
+#: one standard deviation of how late the torque that accelerates may be fed forward (s)
+_LATE_S = 0.005
 #: the temperature at which a model's viscosity holds, as in `sim_backend.effects.temperature_viscosity`
 _REFERENCE_DEGC = 20.0
 #: change of a level that is told
@@ -100,6 +109,8 @@ def modelled_friction(
     adapts = C[c + ADAPT_SHARE] > 0.0
     if adapts:
         H[h + VISCOUS_PART] = sigma2 * rate
+        H[h + JERK] = (H[h + SHAPED_ACCELERATION] - H[h + LAST_ACCELERATION]) / step_s
+        H[h + LAST_ACCELERATION] = H[h + SHAPED_ACCELERATION]
         level *= 1.0 + H[h + SLIDING_LEVEL]
         sigma2 *= 1.0 + H[h + VISCOUS_LEVEL]
     H[h + BRISTLE], torque = lugre_step(H[h + BRISTLE], rate, step_s, level, sigma0, sigma1, sigma2)
@@ -132,6 +143,7 @@ def adapt_friction(lacking_nm: float, H: np.ndarray, h: int, C: np.ndarray, c: i
             place += 1
         H[place] += share * (told[i] * beyond - H[place])
         place += 1
+    H[h + LATE_SUM] += share * (H[h + MOVED_INERTIA] * H[h + JERK] * told[0] - H[h + LATE_SUM])
     _solve(h, size, H)
     _count_shifts(share, 1.0 if sliding > 0.0 else -1.0, h, H)
     _set_levels(h, C[c + LEAST_LEVEL] - 1.0, C[c + LARGEST_LEVEL] - 1.0, H)
@@ -191,7 +203,8 @@ def _set_levels(h: int, low: float, high: float, H: np.ndarray) -> None:
     """Levels by the estimates, each within bounds and drawn to the model's by how far its interval reaches there."""
     if H[h + LEVEL_REVERSALS] < _BELIEVED:
         return
-    viscous = clamp(_drawn_to_zero(H[h + LEVEL_ESTIMATE], H[h + LEVEL_SHIFTS]), low, high)
+    late = _LATE_S * H[h + LATE_SUM] / H[h + LEVEL_SUMS] if H[h + LEVEL_SUMS] > 0.0 else 0.0
+    viscous = clamp(_drawn_to_zero(H[h + LEVEL_ESTIMATE], H[h + LEVEL_SHIFTS] + late * late), low, high)
     sliding = _drawn_to_zero(H[h + LEVEL_ESTIMATE + 1], H[h + LEVEL_SHIFTS + 1])
     # beside a viscous level that was drawn back, sliding is no further from the model's than the sums ask for
     beside = _sliding_beside(viscous, h, H)

@@ -125,6 +125,9 @@ LEVEL_ESTIMATE = LEVEL_WORK + REGRESSORS * (REGRESSORS + 1)
 LEVEL_BEFORE, LEVEL_SHIFTS, LEVEL_REVERSALS, LEVEL_SIDE = (LEVEL_ESTIMATE + k for k in (2, 4, 6, 7))
 #: the levels as they were last told
 TOLD_SLIDING, TOLD_VISCOUS = LEVEL_ESTIMATE + 8, LEVEL_ESTIMATE + 9
+#: acceleration of the tick before (rad/s^2), its change (rad/s^3), and the mean product of the viscous part and of how
+#: fast the torque that accelerates changes (N^2 m^2/s)
+LAST_ACCELERATION, JERK, LATE_SUM = (LEVEL_ESTIMATE + k for k in (10, 11, 12))
 #: what of the table over position and direction was learned (N m), laid out as GIVEN_TABLE
-LEARNED_TABLE = LEVEL_ESTIMATE + 10
+LEARNED_TABLE = LEVEL_ESTIMATE + 13
 CONTROL_STATES = LEARNED_TABLE + 2 * LEARNED_BINS
