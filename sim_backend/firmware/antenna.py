@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.schema import RECORD_SIZE, TORQUE_STEP_NM
-from sim_backend.device import Device, FirmwareSettings
+from sim_backend.device import Device, Drive, FirmwareSettings, Spoilt
 from sim_backend.firmware.electronics import BASE_SIZE, SENSED_SIZE, WANTED_SIZE, pass_tick
 from sim_backend.firmware.library import BenchLibrary
 from sim_backend.firmware.structures import AXES, CSettings, HostBench
@@ -22,7 +22,7 @@ _INT32_LOW, _INT32_HIGH = -(1 << 31), (1 << 31) - 1
 _RECEIVED_SIZE = 65536
 
 
-def fill_settings(settings: CSettings, drive: Any, axes: int) -> None:
+def fill_settings(settings: CSettings, drive: Drive, axes: int) -> None:
     """Settings of the C device from a record of the drive that has just got its supply; a limit that is never reached
     is the end of 32 bits.
     """
@@ -129,7 +129,7 @@ class FirmwareAntenna(Device):
         with self._electronics_as_drive():
             super().set_supply(supply_v)
 
-    def spoil(self, axis: int, part: str, kind: Any, amount: int = 0) -> None:
+    def spoil(self, axis: int, part: str, kind: Spoilt, amount: int = 0) -> None:
         """Give an axis a fault of its `encoder`, `gyro` or `motor` from the next tick on, as on a bench."""
         with self._electronics_as_drive():
             super().spoil(axis, part, kind, amount)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 import struct
-from typing import Any, Protocol
+from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 
@@ -21,7 +22,9 @@ _TURN = 2.0 * math.pi
 class Player(Protocol):
     """One drive with its loops closed by itself, and how a host speaks to it."""
 
-    drive: SimulatedDrive
+    @property
+    def drive(self) -> SimulatedDrive:
+        """The drive on its bus."""
 
     def begin(self) -> list[CanFrame]:
         """Frames that switch it on."""
@@ -138,4 +141,8 @@ class Cia402Player:
 
 
 #: link.drive -> (axis, inertia at the shaft in kg m^2, bandwidth in rad/s) -> its player
-PLAYERS: dict[str, Any] = {"moteus": MoteusPlayer, "odrive": OdrivePlayer, "cia402": Cia402Player}
+PLAYERS: dict[str, Callable[[DriveOfAxis, float, float], Player]] = {
+    "moteus": MoteusPlayer,
+    "odrive": OdrivePlayer,
+    "cia402": Cia402Player,
+}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -113,7 +113,7 @@ def _arranged(curve: Curve, values: Floats) -> tuple[Floats, ...]:
     return tuple(np.split(values, 2)) if curve.shape.by_direction else (values,)
 
 
-def _listed(curve: Curve, values: Floats) -> list[Any]:
+def _listed(curve: Curve, values: Floats) -> list[float] | list[list[float]]:
     if len(curve.shape.over) == 2:
         return [_rounded(row) for row in _arranged(curve, values)[0]]
     return _rounded(values)
