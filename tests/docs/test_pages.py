@@ -51,35 +51,26 @@ def test_a_decision_record_has_number_title_date_and_status_and_stands_in_the_in
     number, title = text.splitlines()[0].removeprefix("# ").split(" ", 1)
     said = re.search(r"Status: (.+?)\. Date: (20\d\d-\d\d-\d\d)\.", " ".join(text.splitlines()[1:6]))
     assert said, "the third line is 'Status: .... Date: YYYY-MM-DD.'"
-    in_force, _, replaced = INDEX.partition("\n## Replaced\n")
-    if not said[1].startswith("replaced by "):
-        row = f"- [{number}]({record.name})\n  {title}\n"
-        assert row in in_force, f"docs/decisions/README.md has {row!r}"
-        return
-    successor = said[1].removeprefix("replaced by ")
-    listed = next((one for one in replaced.split("\n- By ") if one.startswith(f"{successor}:")), "")
-    assert f"  [{number}]({record.name})" in listed, f"docs/decisions/README.md has it below 'By {successor}'"
+    assert not said[1].startswith("replaced"), "its file goes; docs/decisions/README.md keeps a line below Replaced"
+    row = f"- [{number}]({record.name})\n  {title}\n"
+    assert row in INDEX.partition("\n## Replaced\n")[0], f"docs/decisions/README.md has {row!r}"
 
 
 @pytest.mark.parametrize("record", RECORDS, ids=lambda record: record.stem)
 def test_a_decision_record_says_why_what_and_what_follows(record: Path) -> None:
     text = record.read_text()
-    if "Status: replaced by" in text:
-        # three lines, and the way to what holds
-        assert re.search(r"^Status: replaced by\s\[(\d{4})\]\(\1-\S+\.md\)\.", text, re.MULTILINE)
-        assert len(text.splitlines()) <= 8
-        return
     context, decision, follows = (text.find(f"\n**{part}") for part in ("Context.", "Decision", "Consequences."))
     assert 0 < context < decision < follows
 
 
 def test_every_decision_has_a_number_of_its_own_and_the_index_is_in_their_order() -> None:
-    numbers = [record.name[:4] for record in RECORDS]
-    assert len(set(numbers)) == len(numbers)
     held, _, replaced = INDEX.partition("\n## Replaced\n")
-    in_force = re.findall(r"^- \[(\d{4})\]", held, re.MULTILINE)
-    assert in_force == sorted(in_force)
-    assert sorted(in_force + re.findall(r"^  \[(\d{4})\]", replaced, re.MULTILINE)) == numbers
+    numbers = re.findall(r"^- \[(\d{4})\]", held, re.MULTILINE)
+    assert numbers == sorted(set(numbers)) == [record.name[:4] for record in RECORDS]
+    gone = re.findall(r"^- (\d{4}) \S.*\n  \[(\d{4})\]\(\2-\S+\.md\)$", replaced, re.MULTILINE)
+    olds, successors = {old for old, _ in gone}, {new for _, new in gone}
+    assert [old for old, _ in gone] == sorted(olds) and len(gone) == len(re.findall("^- ", replaced, re.MULTILINE))
+    assert not olds & set(numbers) and successors <= set(numbers)
 
 
 @pytest.mark.parametrize(("file", "row"), [("ticks.arrow", TICK_ROW), ("frames.arrow", FRAME_ROW)])
