@@ -3,7 +3,7 @@
 from sim_backend.model.arrays import THESIS_BASE_CASES, PlantArrays, base_rows, lag_decay, plant_arrays, put_friction
 from sim_backend.model.file import BaseMotionKind, BaseSection, ModelFile, ModelKind, Quantity
 from sim_backend.model.formula import dimension_of, unit_text
-from sim_backend.model.laws import UNIT_OF, UNIT_OVER, ActsOn, LawKind, LawProgram, Over, put_variable
+from sim_backend.model.laws import MOST_ACROSS, UNIT_OF, UNIT_OVER, ActsOn, LawKind, LawProgram, Over, put_variable
 from sim_backend.model.model import AntennaModel, EffectEntry, load_model, model_from_document
 from sim_backend.model.numbers import ENDLESS, NUMBER_AT, SlotBase, beside, gyro_filter
 from sim_backend.model.shipped import CONTROL_ANTENNA, model_named, shipped_model, shipped_model_path
@@ -11,6 +11,7 @@ from sim_backend.model.shipped import CONTROL_ANTENNA, model_named, shipped_mode
 __all__ = [
     "CONTROL_ANTENNA",
     "ENDLESS",
+    "MOST_ACROSS",
     "NUMBER_AT",
     "THESIS_BASE_CASES",
     "UNIT_OF",

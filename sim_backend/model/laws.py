@@ -17,7 +17,7 @@ from firmware_protocol.json_object import Json
 from sim_backend.effects import OPERATION_SIZE, Given, Operation, states_of
 
 #: knots of a curve, and of either variable of a surface
-_MOST_KNOTS, _MOST_ACROSS = 200, 40
+_MOST_KNOTS, MOST_ACROSS = 200, 40
 
 
 class LawKind(StrEnum):
@@ -183,7 +183,7 @@ def _surface(program: LawProgram, section: CurveSection, over: tuple[Over, ...],
     knots = section.knots
     if len(knots) != 2 or not all(isinstance(row, tuple) for row in knots):
         raise BadInputError(f"{where}: knots", "is one list", "two lists, of the first variable and of the second")
-    first, second = (_ascending(row, f"{where}: knots", _MOST_ACROSS) for row in knots if isinstance(row, tuple))
+    first, second = (_ascending(row, f"{where}: knots", MOST_ACROSS) for row in knots if isinstance(row, tuple))
     rows = section.values or ()
     if len(rows) != len(first) or any(not isinstance(row, tuple) or len(row) != len(second) for row in rows):
         raise BadInputError(
@@ -270,6 +270,7 @@ def spline_slopes(knots: Row, values: Row) -> Row:
 
 
 __all__ = [
+    "MOST_ACROSS",
     "UNIT_OF",
     "UNIT_OVER",
     "ActsOn",

@@ -11,9 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry
-from gimbal_hil.knowledge.discrepancy.laws import Curve, LawShape, curve
-from gimbal_hil.knowledge.discrepancy.laws.knots import RangeSeen, basis, knots_of, knots_where_it_bends
+from gimbal_hil.knowledge.discrepancy.laws import Curve, LawShape, curve, finding
+from gimbal_hil.knowledge.discrepancy.laws.knots import Factor, RangeSeen, basis, knots_of, knots_where_it_bends
 from gimbal_hil.knowledge.discrepancy.laws.linear import FOLDS, JUDGES, Normal, Straight
+from gimbal_hil.knowledge.discrepancy.laws.shape import crossed
 from sim_backend.model import ActsOn, Over
 from tests.effects.rigs import rotary, run
 
@@ -86,20 +87,69 @@ def test_what_is_no_function_of_the_variable_is_not_foretold() -> None:
 class Foretold:
     """What curves with so many knots leave: a narrow bump, which few knots draw worse than fewer."""
 
-    judging = np.zeros(40 * ROWS, dtype=bool)
+    judging = np.zeros(8 * ROWS, dtype=bool)
 
     def foretold(self, columns: np.ndarray, channel: int) -> float:
         return {3: 90.0, 4: 175.0, 5: 182.0, 7: 158.0, 9: 120.0, 12: 10.6, 16: 4.3}.get(columns.shape[1], 4.4)
 
 
 def test_a_bump_that_few_knots_draw_worse_than_none_is_looked_for_with_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    x = np.linspace(-1.0, 1.0, 40 * ROWS)
+    x = np.linspace(-1.0, 1.0, 8 * ROWS)
     monkeypatch.setattr(curve, "channel_of", lambda inquiry, axis: 0)
     monkeypatch.setattr(curve, "columns_on", lambda inquiry, seen, knots: basis(x, knots[0]))
     inquiry = cast(Inquiry, SimpleNamespace(twin=SimpleNamespace(records=(0,))))
     seen = RangeSeen(LawShape("axis", ActsOn.TORQUE, (Over.RATE,)), [(x,)], [])
     found = curve.tried(inquiry, cast(Straight, Foretold()), seen, curve.COUNTS)
     assert found is not None and len(found.knots[0]) == 16
+
+
+def test_a_product_of_two_curves_is_found_that_no_surface_of_few_knots_draws(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A narrow bump over position that grows with the rate: the second curve is what the first leaves to it."""
+    rng = np.random.default_rng(5)
+    t = np.arange(6 * ROWS) / (0.15 * ROWS)
+    x, v = np.sin(3.1 * t), rng.uniform(0.1, 3.0) * np.cos(0.37 * t)
+    left = rng.normal(size=len(t)) - 30.0 * np.exp(-(((x - 0.3) / 0.06) ** 2)) * np.tanh(v / 0.8)
+    axis = SimpleNamespace(records=(0,))
+    inquiry = cast(Inquiry, SimpleNamespace(twin=axis))
+    over = {Over.POSITION: x, Over.RATE: v}
+
+    def seen_of(inquiry: Inquiry, shape: LawShape) -> RangeSeen:
+        return RangeSeen(shape, [tuple(over[one] for one in shape.over)], [np.sign(v)] if shape.by_direction else [])
+
+    def columns_on(inquiry: Inquiry, seen: RangeSeen, knots: Any, factor: Factor | None = None) -> np.ndarray:
+        parts = [basis(column, its) for column, its in zip(seen.columns[0], knots, strict=True)]
+        if factor is not None:
+            return np.asarray((parts[factor.which] @ factor.values)[:, None] * parts[1 - factor.which])
+        if len(parts) == 2:
+            return np.asarray((parts[0][:, :, None] * parts[1][:, None, :]).reshape(len(x), -1))
+        forward = (v > 0.0)[:, None]
+        return np.hstack([forward * parts[0], ~forward * parts[0]])
+
+    for name, fake in (("seen_of", seen_of), ("columns_on", columns_on), ("channel_of", lambda inquiry, axis: 0)):
+        monkeypatch.setattr(curve, name, fake)
+    fitted = straight(left, np.zeros(len(t)), trust=0.1)
+    by_direction = LawShape("axis", ActsOn.TORQUE, (Over.POSITION,), by_direction=True, direction_travel=1e-6)
+    rate = LawShape("axis", ActsOn.TORQUE, (Over.RATE,))
+    (both,) = crossed(by_direction, (rate, LawShape("axis", ActsOn.TORQUE, (Over.TEMPERATURE,))))
+    assert both == LawShape("axis", ActsOn.TORQUE, (Over.POSITION, Over.RATE))
+    one = curve.tried(inquiry, fitted, seen_of(inquiry, by_direction), curve.COUNTS)
+    assert one is not None
+    surface = curve.tried(inquiry, fitted, seen_of(inquiry, both), curve.COUNTS)
+    product = curve.multiplied(inquiry, fitted, one, both)
+    assert surface is not None and product is not None and product.factor is not None
+    assert product.leaves < 0.5 * min(surface.leaves, one.leaves) and product.leaves < 2.0
+    values = curve.curve_from(inquiry, fitted, product).rows[0]
+    assert np.linalg.matrix_rank(values) == 1 and values.shape == tuple(map(len, product.knots))
+    strongest = np.unravel_index(np.argmax(np.abs(values)), values.shape)[0]
+    assert product.knots[0][strongest] == pytest.approx(0.3, abs=0.03)
+
+
+def test_where_a_law_does_not_stand_its_tests_the_next_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(finding, "Straight", SimpleNamespace(of=lambda *_: None))
+    monkeypatch.setattr(finding, "_best", lambda found, straight: iter(("over two", "over one")))
+    monkeypatch.setattr(finding, "_asked", lambda *given: given[-1] if given[-1] == "over one" else None)
+    nothing = cast(Any, SimpleNamespace(inquiry=None, state=None))
+    assert cast(Any, finding._one_more(nothing, nothing, nothing)) == "over one"
 
 
 def _curve(shape: LawShape, knots: Any, values: list[float]) -> Curve:

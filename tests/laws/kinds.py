@@ -78,7 +78,12 @@ KINDS = {
             ),
             ("a bump", "a bump that grows with speed", "a bump that turns with rate"),
         ),
-        HiddenLaw("one_way_snag", (("torque", ("position",), True),), ("a bump",)),
+        # the same forward only
+        HiddenLaw(
+            "one_way_snag",
+            (("torque", ("position",), True), ("torque", ("position", "rate"), False)),
+            ("a bump", "a bump that grows with positive rate"),
+        ),
         HiddenLaw(
             "saturating_drag",
             _friction("speed"),

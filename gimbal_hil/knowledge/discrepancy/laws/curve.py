@@ -11,6 +11,7 @@ import numpy as np
 from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry
 from gimbal_hil.knowledge.discrepancy.laws.knots import (
+    Factor,
     Knots,
     RangeSeen,
     basis,
@@ -21,10 +22,12 @@ from gimbal_hil.knowledge.discrepancy.laws.knots import (
 from gimbal_hil.knowledge.discrepancy.laws.linear import Straight
 from gimbal_hil.knowledge.discrepancy.laws.shape import LawShape
 from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Floats
-from sim_backend.model import UNIT_OF, LawKind
+from sim_backend.model import MOST_ACROSS, UNIT_OF, LawKind
 
 #: how many knots are tried, and of either of two variables
 COUNTS, ACROSS = (3, 4, 5, 7, 9, 12, 16, 22, 30, 42, 60, 85), ((4, 4), (7, 5), (12, 7))
+#: and of the second where the first is known
+BESIDE = (4, 7, 12, 22)
 #: knots by which shapes are compared first: with fewer the search for their number does not end
 FEW = 12
 #: more knots must leave less by this share, or by so many squared floors
@@ -132,6 +135,12 @@ class Tried:
     columns: Floats
     #: squares a row that it leaves of its channel there, in squared floors
     leaves: float
+    #: of a product of two curves the one that is given
+    factor: Factor | None = None
+
+    def spread(self, solved: Floats) -> Floats:
+        """Values at all knots, of those of its columns."""
+        return solved if self.factor is None else self.factor.spread(solved)
 
 
 def channel_of(inquiry: Inquiry, axis: str) -> int:
@@ -209,18 +218,51 @@ def _remembered(inquiry: Inquiry, straight: Straight, one: Tried) -> Tried:
     return one
 
 
+def multiplied(inquiry: Inquiry, straight: Straight, one: Tried, shape: LawShape) -> Tried | None:
+    """A curve times another over the second variable of a shape: each in turn is what the other leaves to it."""
+    curve, seen = curve_from(inquiry, straight, one), seen_of(inquiry, shape)
+    mine = shape.over.index(one.seen.shape.over[0])
+    fine = knots_where_it_bends(curve.knots[0], list(curve.rows), min(2 * len(curve.knots[0]), MOST_ACROSS))
+    # of both directions what they have in common: the rate says the rest
+    common = np.linalg.svd(np.array(curve.rows), full_matrices=False)[2][0]
+    given = Factor(mine, basis(np.array(fine), curve.knots[0]) @ common)
+    low, high = seen.range_of(1 - mine, len(inquiry.twin.records))
+    if high - low <= 1e-9 * max(abs(low), abs(high)):
+        return None
+    found = []
+    for count in BESIDE:
+        other = knots_of(shape.over[1 - mine], low, high, count)
+        knots = (fine, other) if mine == 0 else (other, fine)
+        two = _product(inquiry, straight, seen, knots, given)
+        for which in (1 - mine, mine):
+            turned = Factor(
+                which, straight.solved(straight.normals(two.columns, channel_of(inquiry, shape.axis))).values
+            )
+            two = min(two, _product(inquiry, straight, seen, knots, turned), key=lambda each: each.leaves)
+            if two.factor is not turned:
+                break
+        found.append(two)
+    least = min(two.leaves for two in found)
+    return next(two for two in found if two.leaves <= _enough(least))
+
+
+def _product(inquiry: Inquiry, straight: Straight, seen: RangeSeen, knots: Knots, factor: Factor) -> Tried:
+    columns = columns_on(inquiry, seen, knots, factor)
+    return Tried(seen, knots, columns, straight.foretold(columns, channel_of(inquiry, seen.shape.axis)), factor)
+
+
 def _enough(least: float) -> float:
     return (1.0 + _LESS) * least + _FLOORS
 
 
-def columns_on(inquiry: Inquiry, seen: RangeSeen, knots: Knots) -> Floats:
+def columns_on(inquiry: Inquiry, seen: RangeSeen, knots: Knots, factor: Factor | None = None) -> Floats:
     """What one at each knot does: rows of the fitted logs, then of the hold-out."""
     channel = channel_of(inquiry, seen.shape.axis)
     floor, count = float(inquiry.floor[channel]), len(inquiry.twin.records)
     parts = []
     for twin, first, last in ((inquiry.twin, 0, count), (inquiry.holdout, count, None)):
         part = replace(seen, columns=seen.columns[first:last], directions=seen.directions[first:last])
-        parts.append(columns_of(twin, twin.records, part, knots, floor))
+        parts.append(columns_of(twin, twin.records, part, knots, floor, factor))
     return np.concatenate(parts)
 
 
@@ -234,8 +276,8 @@ def curve_from(inquiry: Inquiry, straight: Straight, one: Tried) -> Curve:
     """With values from all rows that may select, and the band in which other stretches would have put them."""
     channel = channel_of(inquiry, one.seen.shape.axis)
     normals = straight.normals(one.columns, channel)
-    values = straight.solved(normals).values
-    drawn = np.array([straight.solved(normals, times).values for times in _drawn(len(normals))])
+    values = one.spread(straight.solved(normals).values)
+    drawn = np.array([one.spread(straight.solved(normals, times).values) for times in _drawn(len(normals))])
     low, high = np.quantile(drawn, _BAND, axis=0)
     return Curve(one.seen.shape, one.knots, values, np.minimum(low, values), np.maximum(high, values))
 
@@ -270,6 +312,7 @@ __all__ = [
     "columns_on",
     "control_of",
     "curve_from",
+    "multiplied",
     "seen_of",
     "sharpened",
     "tried",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +17,7 @@ from gimbal_hil.knowledge.discrepancy.laws.curve import (
     columns_on,
     control_of,
     curve_from,
+    multiplied,
     seen_of,
     sharpened,
     tried,
@@ -23,12 +25,12 @@ from gimbal_hil.knowledge.discrepancy.laws.curve import (
 from gimbal_hil.knowledge.discrepancy.laws.formula import Formula, formula_for
 from gimbal_hil.knowledge.discrepancy.laws.linear import Straight
 from gimbal_hil.knowledge.discrepancy.laws.saying import Saying, points_of
-from gimbal_hil.knowledge.discrepancy.laws.shape import crossed, shapes_of
+from gimbal_hil.knowledge.discrepancy.laws.shape import LawShape, crossed, shapes_of
 from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Floats, Twin
-from sim_backend.model import AntennaModel
+from sim_backend.model import AntennaModel, Over
 
-#: laws of one verdict, and shapes that are looked at closely
-_MOST_LAWS, _CLOSE = 3, 4
+#: laws of one verdict; shapes that are looked at closely, and those that get a second variable
+_MOST_LAWS, _CLOSE, _CROSSED = 3, 4, 2
 #: a plainer shape is taken that leaves no more than so many times what the best one does, and so many squared floors
 _AS_GOOD, _FLOORS = 1.15, 0.15
 #: two variables are looked at where one leaves more squares than this, of which they must take this share
@@ -103,13 +105,16 @@ def _explains(null: State, found: Described) -> bool:
 
 def _one_more(inquiry: Inquiry, null: State, found: Described) -> Described | None:
     straight = Straight.of(found.inquiry, found.state)
-    best = _best(found, straight)
-    if best is None:
-        return None
+    asked = (_asked(inquiry, null, found, straight, best) for best in _best(found, straight))
+    return next((one for one in asked if one is not None), None)
+
+
+def _asked(inquiry: Inquiry, null: State, found: Described, straight: Straight, best: Tried) -> Described | None:
+    """With one more law of a shape; None where it does not stand its tests."""
     channel = channel_of(inquiry, best.seen.shape.axis)
-    curve, after = _with(inquiry, found, curve_from(found.inquiry, straight, best))
+    curve, after = _with(inquiry, found, best, curve_from(found.inquiry, straight, best))
     inquiry.tell(f"looking for a formula of {best.seen.shape.text}")
-    formula, after = _as_formula(inquiry, found, curve, after)
+    formula, after = _as_formula(inquiry, found, best, curve, after)
     # a law that takes nearly all need not: a single event has no standard error
     surely = surely_less(inquiry, found.state, after.state)
     was, now = (float(np.mean(one.untouched[:, channel] ** 2)) for one in (found.state, after.state))
@@ -125,12 +130,16 @@ def _one_more(inquiry: Inquiry, null: State, found: Described) -> Described | No
     return replace(after, laws=(*found.laws, law))
 
 
-def _as_formula(inquiry: Inquiry, found: Described, curve: Curve, after: Described) -> tuple[Formula | None, Described]:
+def _as_formula(
+    inquiry: Inquiry, found: Described, best: Tried, curve: Curve, after: Described
+) -> tuple[Formula | None, Described]:
     """A formula in place of a curve, where the model with it leaves no more; else the curve stays."""
     straight = Straight.of(after.inquiry, after.state)
     channel = channel_of(inquiry, curve.shape.axis)
     there = columns_on(after.inquiry, seen_of(after.inquiry, curve.shape), curve.knots) @ curve.values
-    formula = formula_for(Saying.of(after.inquiry, straight, curve.shape, there))
+    formula = formula_for(
+        Saying.of(after.inquiry, straight, curve.shape, there, None if best.factor is None else curve.knots)
+    )
     if formula is None:
         return None, after
     written = _under(inquiry, found, formula.entry(found.model.is_linear))
@@ -143,8 +152,10 @@ def _selecting_squares(state: State) -> Floats:
     return np.asarray(np.mean(np.concatenate([state.fitted, state.selecting]) ** 2, axis=0))
 
 
-def _best(found: Described, straight: Straight) -> Tried | None:
-    """The plainest shape of those that leave least of the selecting half, on the axis with the largest gap."""
+def _best(found: Described, straight: Straight) -> Iterator[Tried]:
+    """The plainest shape of those that leave least of the selecting half, on the axis with the largest gap; then, where
+    that is of two variables, the plainest of one.
+    """
     inquiry = found.inquiry
     levels = [
         float(left) if channel.signal == TORQUE else 0.0
@@ -152,7 +163,7 @@ def _best(found: Described, straight: Straight) -> Tried | None:
     ]
     worst = int(np.argmax(levels))
     if levels[worst] <= inquiry.policy.least_gap:
-        return None
+        return
     axis = inquiry.twin.channels[worst].axis
     inquiry.tell(f"looking for a law of {axis}")
     shapes = shapes_of(inquiry.twin.model, axis, inquiry.twin.records)
@@ -160,31 +171,54 @@ def _best(found: Described, straight: Straight) -> Tried | None:
     looked = sorted(looked, key=lambda one: one.leaves)[:_CLOSE]
     closely = [one for few in looked if (one := tried(inquiry, straight, few.seen, COUNTS)) is not None]
     if not closely:
-        return None
+        return
     least = min(one.leaves for one in closely)
     if least > _BOTH:
-        first = tuple(one.seen.shape for one in looked[:2])
-        two = (tried(inquiry, straight, seen_of(inquiry, shape), COUNTS) for shape in crossed(first, shapes))
-        closely += [one for one in two if one is not None and one.leaves < (1.0 - _WORTH) * least]
-        least = min(one.leaves for one in closely)
-    alike = [one for one in closely if one.leaves <= _AS_GOOD * least + _FLOORS]
-    best = min(alike, key=lambda one: (one.seen.shape.plainness, one.leaves))
+        first = sorted(closely, key=lambda one: one.leaves)[:_CROSSED]
+        if any(one.seen.shape.over == (Over.RATE,) for one in first):
+            # the same as friction over speed, which others may have a part in
+            speed = next(shape for shape in shapes if shape.over == (Over.SPEED,) and not shape.by_direction)
+            same = tried(inquiry, straight, seen_of(inquiry, speed), COUNTS)
+            first += [] if same is None else [same]
+        two = [both for one in first for both in _of_two(inquiry, straight, one, shapes)]
+        two = [one for one in two if one.leaves < (1.0 - _WORTH) * least]
+        if two:
+            yield sharpened(inquiry, straight, _plainest([*closely, *two]))
+    best = _plainest(closely)
     if best.seen.shape.has_a_name_straight:
         line = tried(inquiry, straight, best.seen, _STRAIGHT)
         if line is not None and line.leaves <= _AS_GOOD * best.leaves + _FLOORS:
             # what a straight line says is an offset, a spring, a viscosity, a gain: no law
-            return None
-    return sharpened(inquiry, straight, best)
+            return
+    yield sharpened(inquiry, straight, best)
 
 
-def _with(inquiry: Inquiry, found: Described, curve: Curve) -> tuple[Curve, Described]:
+def _plainest(found: list[Tried]) -> Tried:
+    """Of those that leave hardly more than the best."""
+    least = min(one.leaves for one in found)
+    alike = [one for one in found if one.leaves <= _AS_GOOD * least + _FLOORS]
+    return min(alike, key=lambda one: (one.seen.shape.plainness, one.leaves))
+
+
+def _of_two(inquiry: Inquiry, straight: Straight, one: Tried, shapes: tuple[LawShape, ...]) -> Iterator[Tried]:
+    """What is over the variable of one and another: any surface with few knots, or the curve times another."""
+    one = sharpened(inquiry, straight, one)
+    for shape in crossed(one.seen.shape, shapes):
+        found = (
+            tried(inquiry, straight, seen_of(inquiry, shape), COUNTS),
+            multiplied(inquiry, straight, one, shape),
+        )
+        yield from (two for two in found if two is not None)
+
+
+def _with(inquiry: Inquiry, found: Described, best: Tried, curve: Curve) -> tuple[Curve, Described]:
     """The model with one more law, its known numbers and then the law's values fitted once more beside each other."""
     linear = found.model.is_linear
     once = _under(inquiry, found, curve.entry(linear))
     straight = Straight.of(once.inquiry, once.state)
     channel = channel_of(inquiry, curve.shape.axis)
-    columns = columns_on(once.inquiry, seen_of(once.inquiry, curve.shape), curve.knots)
-    more = curve.plus(straight.solved(straight.normals(columns, channel)).values)
+    columns = columns_on(once.inquiry, seen_of(once.inquiry, curve.shape), curve.knots, best.factor)
+    more = curve.plus(best.spread(straight.solved(straight.normals(columns, channel)).values))
     twice = _under(inquiry, replace(once, model=found.model), more.entry(linear))
     left = [np.sum(one.state.fitted**2) + np.sum(one.state.selecting**2) for one in (once, twice)]
     return (more, twice) if left[1] < left[0] else (curve, once)

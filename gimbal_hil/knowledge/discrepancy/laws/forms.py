@@ -227,6 +227,8 @@ _FADES: tuple[Fade, ...] = (
 _TURNS: tuple[Fade, ...] = (
     ("turns with", "tanh(y / fade)", lambda y, w: np.tanh(y / w)),
     ("turns slowly with", "y / (abs(y) + fade)", lambda y, w: y / (np.abs(y) + w)),
+    ("grows with positive", "max(tanh(y / fade), 0)", lambda y, w: np.maximum(np.tanh(y / w), 0.0)),
+    ("grows with negative", "min(tanh(y / fade), 0)", lambda y, w: np.minimum(np.tanh(y / w), 0.0)),
 )
 _FADE = FormNumber("fade", NumberRole.WIDTH, of=1)
 

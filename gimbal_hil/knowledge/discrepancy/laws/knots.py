@@ -87,15 +87,35 @@ def _straight(x: Floats, knots: tuple[float, ...]) -> Floats:
     return np.column_stack([np.interp(x, knots, unit) for unit in np.eye(len(knots))])
 
 
-def columns_of(twin: Twin, records: tuple[Record, ...], seen: RangeSeen, knots: Knots, floor: float) -> Floats:
-    """What one at each knot does to the torque residual of the shape's axis, in floors, (rows that count, values)."""
+@dataclass(frozen=True)
+class Factor:
+    """One of two variables by its place, and what a product of two curves answers at its knots."""
+
+    which: int
+    values: Floats
+
+    def spread(self, other: Floats) -> Floats:
+        """Values of the surface whose other curve has these, the second variable's fastest."""
+        both = (self.values, other) if self.which == 0 else (other, self.values)
+        return np.outer(*both).ravel()
+
+
+def columns_of(
+    twin: Twin, records: tuple[Record, ...], seen: RangeSeen, knots: Knots, floor: float, factor: Factor | None = None
+) -> Floats:
+    """What one at each knot does to the torque residual of the shape's axis, in floors, (rows that count, values); with
+    a factor at each knot of the other variable.
+    """
     shape, found = seen.shape, []
     channel = next(j for j, c in enumerate(twin.channels) if (c.axis, c.signal) == (shape.axis, TORQUE))
     for which, record in enumerate(records):
         each = seen.columns[which]
         if len(each) == 2:
-            across, along = (_straight(x, part) for x, part in zip(each, knots, strict=True))
-            wide = (across[:, :, None] * along[:, None, :]).reshape(len(across), -1)
+            parts = [_straight(x, part) for x, part in zip(each, knots, strict=True)]
+            if factor is None:
+                wide = (parts[0][:, :, None] * parts[1][:, None, :]).reshape(len(parts[0]), -1)
+            else:
+                wide = (parts[factor.which] @ factor.values)[:, None] * parts[1 - factor.which]
         else:
             wide = basis(each[0], knots[0])
         if shape.by_direction:

@@ -11,7 +11,7 @@ import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry
 from gimbal_hil.knowledge.discrepancy.laws.curve import channel_of, columns_on, seen_of
-from gimbal_hil.knowledge.discrepancy.laws.knots import Knots, knots_of
+from gimbal_hil.knowledge.discrepancy.laws.knots import Knots, RangeSeen, knots_of
 from gimbal_hil.knowledge.discrepancy.laws.linear import FOLDS, Normal, Solved, Straight
 from gimbal_hil.knowledge.discrepancy.laws.shape import LawShape
 from gimbal_hil.knowledge.discrepancy.twin import Floats
@@ -40,17 +40,20 @@ class Saying:
     rows: Floats
 
     @classmethod
-    def of(cls, inquiry: Inquiry, straight: Straight, shape: LawShape, there: Floats | None = None) -> Saying:
-        """Around a state; `there` (rows,) is what a law of this shape that it has already does to its channel."""
+    def of(
+        cls,
+        inquiry: Inquiry,
+        straight: Straight,
+        shape: LawShape,
+        there: Floats | None = None,
+        drawn: Knots | None = None,
+    ) -> Saying:
+        """Around a state; `there` (rows,) is what a law of this shape that it has already does to its channel, and
+        `drawn` are knots that are dense enough to draw it.
+        """
         seen = seen_of(inquiry, shape)
-        fitted, held = len(inquiry.twin.records), len(seen.columns)
-        knots = []
-        for i, over in enumerate(shape.over):
-            used = [seen.columns[k][i][: len(seen.columns[k][i]) // (1 if k < fitted else 2)] for k in range(held)]
-            low, high = float(min(map(np.min, used))), float(max(map(np.max, used)))
-            dense = len(shape.over) == 1
-            knots.append(knots_of(over, low, high, _DENSE) if dense else _where_it_was(used, low, high, _ACROSS[i]))
-        columns, channel = columns_on(inquiry, seen, tuple(knots)), channel_of(inquiry, shape.axis)
+        knots = drawn or _dense(inquiry, seen)
+        columns, channel = columns_on(inquiry, seen, knots), channel_of(inquiry, shape.axis)
         if there is not None:
             left = straight.left.copy()
             left[:, channel] -= there
@@ -60,7 +63,7 @@ class Saying:
         mine = [straight.fold == k for k in range(FOLDS)]
         squares = np.array([float(np.sum(weighed[rows])) for rows in mine])
         rows = np.array([float(np.sum(rows)) for rows in mine]) * straight.weight**2
-        return cls(shape, straight, points_of(tuple(knots)), folds, squares, rows)
+        return cls(shape, straight, points_of(knots), folds, squares, rows)
 
     def without(self, fold: int) -> Floats:
         """How often each fold counts where one is left out."""
@@ -108,6 +111,18 @@ class Saying:
             for squares, one in zip(self.squares, self.folds, strict=True)
         ]
         return float(times @ np.array(each))
+
+
+def _dense(inquiry: Inquiry, seen: RangeSeen) -> Knots:
+    """Knots that stand for the variables, over all rows that may select."""
+    shape, fitted = seen.shape, len(inquiry.twin.records)
+    knots = []
+    for i, over in enumerate(shape.over):
+        used = [one[i][: len(one[i]) // (1 if k < fitted else 2)] for k, one in enumerate(seen.columns)]
+        low, high = float(min(map(np.min, used))), float(max(map(np.max, used)))
+        one = len(shape.over) == 1
+        knots.append(knots_of(over, low, high, _DENSE) if one else _where_it_was(used, low, high, _ACROSS[i]))
+    return tuple(knots)
 
 
 def _where_it_was(used: list[Floats], low: float, high: float, count: int) -> tuple[float, ...]:

@@ -82,19 +82,21 @@ def shapes_of(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> tu
     return tuple(found)
 
 
-def crossed(best: tuple[LawShape, ...], shapes: tuple[LawShape, ...]) -> Iterator[LawShape]:
-    """Shapes with two variables, one of them that of one of the best; both act on the same thing in the same way."""
+def crossed(first: LawShape, shapes: tuple[LawShape, ...]) -> Iterator[LawShape]:
+    """Shapes with two variables, one of them that of the first; both act on the same thing in the same way. What holds
+    by direction is crossed with the rate, which says the direction.
+    """
     met: set[frozenset[object]] = set()
-    for first in best:
-        for second in shapes:
-            alike = first.acts_on is second.acts_on and first.over != second.over
-            pair: frozenset[object] = frozenset({(one.over, one.slack, one.memory_s) for one in (first, second)})
-            apart = first.by_direction or second.by_direction or (first.has_memory and second.has_memory)
-            if alike and not apart and pair not in met:
-                met.add(pair)
-                slack, memory_s = first.slack or second.slack, first.memory_s or second.memory_s
-                both = tuple(sorted((*first.over, *second.over), key=list(Over).index))
-                yield replace(first, over=both, slack=slack, memory_s=memory_s)
+    turns, first = first.by_direction, replace(first, by_direction=False)
+    for second in shapes:
+        alike = first.acts_on is second.acts_on and first.over != second.over
+        pair: frozenset[object] = frozenset({(one.over, one.slack, one.memory_s) for one in (first, second)})
+        apart = second.by_direction or (first.has_memory and second.has_memory)
+        if alike and not apart and pair not in met and (not turns or second.over == (Over.RATE,)):
+            met.add(pair)
+            slack, memory_s = first.slack or second.slack, first.memory_s or second.memory_s
+            both = tuple(sorted((*first.over, *second.over), key=list(Over).index))
+            yield replace(second, over=both, slack=slack, memory_s=memory_s)
 
 
 def variables(shape: LawShape, records: tuple[Record, ...], axis: int) -> list[tuple[Floats, ...]]:
