@@ -9,6 +9,7 @@ import pytest
 
 from firmware_protocol.compiling import interpreted
 from gimbal_hil.knowledge.discrepancy.laws import Formula, LawShape, effect_source
+from gimbal_hil.knowledge.discrepancy.laws import formula as formulas
 from gimbal_hil.knowledge.discrepancy.laws.fitting import Written
 from gimbal_hil.knowledge.discrepancy.laws.forms import FormTerm, Sense, beside, terms_of
 from gimbal_hil.knowledge.discrepancy.laws.formula import formula_for
@@ -108,6 +109,24 @@ def test_the_form_is_found_among_the_others(phrase: str, law: np.ndarray, number
         for name, value in numbers.items():
             assert told[name]["value"] == pytest.approx(value, rel=0.15)
             assert told[name]["low"] <= told[name]["value"] <= told[name]["high"]
+
+
+def test_a_form_of_which_only_the_far_tail_was_seen_gives_way_to_the_next(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its scale would be no number of a model file."""
+    asked: list[Written] = []
+    tail = next(term for term in terms_of(POSITION) if term.form.phrase == "a bump")
+    seen = next(term for term in terms_of(POSITION) if term.form.phrase == "a cube")
+    given = saying(30.0 * X**3)
+    two = [Written((tail,), (np.array([9.0, 0.1]),), 1.0, 0.0), Written((seen,), (np.array([0.0]),), 1.0, 50.0)]
+
+    def interval(saying: Saying, one: Written) -> tuple[np.ndarray, np.ndarray]:
+        asked.append(one)
+        return (np.array([-1.5e20]), np.array([1.0])) if one.terms == (tail,) else (np.zeros(2), np.ones(2))
+
+    monkeypatch.setattr(formulas, "_written", lambda saying: two)
+    monkeypatch.setattr(formulas, "_interval", interval)
+    found = formula_for(given)
+    assert asked == two and found is not None and found.phrase == "a cube"
 
 
 def test_noise_gets_no_long_formula() -> None:

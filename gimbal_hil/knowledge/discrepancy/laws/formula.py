@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from firmware_protocol.documents import LARGEST_NUMBER
 from gimbal_hil.knowledge.discrepancy.laws.fitting import Written, foretold, polished, scales_of, scanned
 from gimbal_hil.knowledge.discrepancy.laws.forms import LEVEL, SLOPE, FormNumber, NumberRole, beside, renamed, terms_of
 from gimbal_hil.knowledge.discrepancy.laws.linear import FOLDS
@@ -113,14 +114,18 @@ def formula_for(saying: Saying) -> Formula | None:
         return None
     unit = _noise(saying, min(one.leaves for one in found))
     ordered = sorted(found, key=lambda one: one.nats(saying, unit))
-    best = ordered[0]
-    if best.nats(saying, unit) >= 0.5 * saying.without_a_law() / unit:
-        return None
-    near = [one for one in ordered[1:] if 0.5 * (one.leaves - best.leaves) / unit < _ALIKE]
-    phrases = dict.fromkeys(phrase_of(one) for one in near)
-    low, high = _interval(saying, best)
-    alike = tuple(phrase for phrase in phrases if phrase != phrase_of(best))
-    return Formula(saying.shape, best, scales_of(saying, best).values, low, high, alike)
+    for k, best in enumerate(ordered):
+        if best.nats(saying, unit) >= 0.5 * saying.without_a_law() / unit:
+            return None
+        low, high = _interval(saying, best)
+        if max(float(np.max(np.abs(ends))) for ends in (low, high)) >= LARGEST_NUMBER:
+            # only the far tail of the form lies where the law was seen: no number of it is known
+            continue
+        near = [one for one in ordered[k + 1 :] if 0.5 * (one.leaves - best.leaves) / unit < _ALIKE]
+        phrases = dict.fromkeys(phrase_of(one) for one in near)
+        alike = tuple(phrase for phrase in phrases if phrase != phrase_of(best))
+        return Formula(saying.shape, best, scales_of(saying, best).values, low, high, alike)
+    return None
 
 
 def _written(saying: Saying) -> list[Written]:
