@@ -49,9 +49,8 @@ firmware must do then.
 | as machine code | 37 | 20 s | 67 of 67 |
 | as the image of a board in QEMU | 37 | 69 s | 67 of 67 |
 
-Measured on two cores beside other work; on a quieter machine those in real time took 37 and 41 s. A mutant is the drive
-with one guard removed (`pytest -m heavy tests/firmware`). [Take the C device](../how-to/take-the-c-device.md) has its
-size, stack and instruction counts. """
+Measured on two cores beside other work. A mutant is the drive with one guard removed (`pytest -m heavy tests/firmware`).
+"""
 
 
 def conformance_page() -> str:
