@@ -49,7 +49,8 @@ firmware must do then.
 | as machine code | 37 | 20 s | 67 of 67 |
 | as the image of a board in QEMU | 37 | 69 s | 67 of 67 |
 
-Measured on two cores beside other work. A mutant is the drive with one guard removed (`pytest -m heavy tests/firmware`).
+Measured on two cores beside other work. A mutant is the drive with one guard removed (`pytest -m heavy
+tests/firmware`).
 """
 
 
