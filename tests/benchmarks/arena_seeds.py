@@ -4,7 +4,7 @@
 
 Every trial is a line of the file as it ends: an interrupted campaign goes on with the same command, more seeds or
 controllers later add to it, and `--table` only prints what there is. The table compares `--judged` with every other
-controller on the seeds that both have.
+controller that is not of its own kind, on the seeds that both have.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ from gimbal_hil.pointing.arena import Scenario, Trial, entrants, run_trial, ship
 from sim_backend.model import model_named
 
 ANTENNA = "realistic"
+#: what `tune` makes, and more parts of it: no rivals of each other
+OWN = ("tuned", "tuned_pointing", "tuned_both", "levels", "learned")
 #: by scenario and controller: line-of-sight error in urad rms by seed, None where a guard stopped it
 Found = dict[tuple[str, str], dict[int, float | None]]
 
@@ -40,7 +42,7 @@ def rows(words: list[str]) -> list[Scenario]:
 def table(found: Found, judged: str) -> str:
     """Markdown: a row for each scenario, the hardest first."""
     names = list(dict.fromkeys(controller for _, controller in found))
-    others = [name for name in names if name != judged]
+    others = [name for name in names if name != judged and name not in OWN]
     lines = []
     for scenario in dict.fromkeys(scenario for scenario, _ in found):
         own = found.get((scenario, judged), {})

@@ -1,4 +1,6 @@
-"""A sample that is lost while a joint turns is no jump of it: the observer is carried on by the torque it knows."""
+"""A sample that is lost, or one more, while a joint turns is no jump of it: the observer is carried on by the torque
+that it knows.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +9,10 @@ import pytest
 
 from firmware_protocol.links import FaultsConfig
 from gimbal_hil.loop.host import AxisCommand, HostState, Mode, Segment, Shape, program_of
-from gimbal_hil.loop.settings import settings_from_document
+from gimbal_hil.loop.settings import DaemonSettings, settings_from_document
 from gimbal_hil.pointing.arena import controller_settings
 from gimbal_hil.realtime.lockstep import FramePath
+from sim_backend.device import Device
 from sim_backend.model import shipped_model
 
 #: what `tune` finds for `realistic`: bandwidth, gusts above, gains of position and rate
@@ -17,21 +20,68 @@ STIFF = {"outer": (1880.0, 13.56, 158.6, 63.33), "inner": (945.0, 30.94, 192.2, 
 KEYS = ("bandwidth_rad_s", "gusts_above_rad_s", "position_kp_per_s", "rate_kp_s_per_rad")
 
 
-@pytest.mark.parametrize("ticks", [1, 3])
-def test_lost_ticks_do_not_leave_the_observer(ticks: int) -> None:
+#: the joints are fastest at its beginning and after half a period
+SWING = program_of(
+    [
+        Segment(
+            AxisCommand(Mode.POSITION, Shape.SINE, (0.0, 0.2, 0.2, 0.0)),
+            AxisCommand(Mode.POSITION, Shape.SINE, (0.0, 0.15, 0.2, 0.0)),
+            2800,
+        )
+    ]
+)
+
+
+def stiff() -> DaemonSettings:
+    """Loops of an observer that is as stiff as `tune` makes it."""
     document = controller_settings("all").model_dump(mode="json", by_alias=True)
     for axis, numbers in STIFF.items():
         document["axes"][axis]["observer"] = dict(zip(KEYS, numbers, strict=True))
-    settings = settings_from_document(document, "stiff")
+    return settings_from_document(document, "stiff")
+
+
+@pytest.mark.parametrize("ticks", [1, 3])
+def test_lost_ticks_do_not_leave_the_observer(ticks: int) -> None:
+    settings = stiff()
     # where the joints are fastest: after half a period
     cut = {"start_tick": 2510, "ticks": ticks}
     path = FramePath(settings, shipped_model("realistic"), 1, FaultsConfig.model_validate({"cuts": [cut]}))
     path.connect()
-    outer, inner = (AxisCommand(Mode.POSITION, Shape.SINE, (0.0, size, 0.2, 0.0)) for size in (0.2, 0.15))
-    found = path.run(program_of([Segment(outer, inner, 2800)]))
+    found = path.run(SWING)
     assert path.host.state is HostState.ACTIVE
     assert not [one.text for one in found.events if "shake" in one.text]
     # the reference has gone on meanwhile
     torque = found.signals()["outer.torque"]
     lost = slice(2490, 2560)
     assert np.abs(np.diff(torque[lost])).max() < 0.35 * settings.axes["outer"].limits.torque_nm
+
+
+class Ahead:
+    """An antenna whose clock is ahead of the host's: at one tick it goes on by some more than it was asked to."""
+
+    def __init__(self, device: Device, at_tick: int, more: int) -> None:
+        self._device, self._at, self._more, self._ticks = device, at_tick, more, 0
+
+    def tick(self, received: bytes = b"") -> bytes:
+        """As `Device.tick`."""
+        self._ticks += 1
+        answer = self._device.tick(received)
+        if self._ticks == self._at:
+            answer += b"".join(self._device.tick() for _ in range(self._more))
+        return answer
+
+
+@pytest.mark.parametrize("more", [1, 3])
+def test_an_antenna_that_is_periods_ahead_is_no_jump_of_the_joint(more: int) -> None:
+    settings = stiff()
+    path = FramePath(settings, shipped_model("realistic"), 1)
+    path.with_remote(Ahead(path.device, 2510, more))
+    path.connect()
+    found = path.run(SWING)
+    assert path.host.state is HostState.ACTIVE
+    assert not [one.text for one in found.events if "shake" in one.text]
+    # the joint is ahead of its reference now, and the position loop asks for that, not for more
+    rate_rad_s = 0.2 * 2.0 * np.pi * 0.2
+    asked = more * settings.step_s * rate_rad_s * STIFF["outer"][2] * STIFF["outer"][3]
+    change = np.abs(np.diff(found.signals()["outer.torque"][2490:2560])).max()
+    assert 0.8 * asked < change < 1.2 * asked

@@ -74,6 +74,7 @@ from gimbal_hil.loop.host.layout import (
     BASE_TURNING,
     BRAKING_RAD_S2,
     CURVE,
+    EXTRA_PERIODS,
     EXTRAPOLATES_BASE,
     FEEDFORWARD,
     FEEDS_BODIES,
@@ -106,7 +107,8 @@ _MOMENTS = (AXIS_C + MOMENT_X, AXIS_C + AXIS_C_SIZE + MOMENT_X)
 @compiled
 def follow(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray) -> None:
     """Torques of both axes that follow the segment in force."""
-    for _ in range(min(G[SKIPPED], _MOST_CARRIED)):
+    # the antenna's clock is its own: what it measured may be more periods on than the host has counted
+    for _ in range(min(G[SKIPPED] + G[EXTRA_PERIODS], _MOST_CARRIED)):
         carry_estimates(H, G, C)
     set_references(H, G, C, plan)
     _feed_forward(wanted_mode(G, plan, 0), wanted_mode(G, plan, 1), H, G, C)

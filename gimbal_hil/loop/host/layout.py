@@ -157,8 +157,10 @@ IDENTITY, PEER_PROTOCOL, PEER_NAME, PEER_SERIAL, REFUSAL = range(32, 37)
 DEVICE_TICK, STATUS_SAME, STOP_KIND, SAMPLE_TICK = range(37, 41)
 #: PointingState, 1 while muted, ticks since the attitude was heard, ticks since the pointing error was known
 POINTING_STATE, MUTED, ATTITUDE_TICKS, ERROR_TICKS = range(41, 45)
+#: periods of the antenna between the last two full sets, beyond the ticks of the host
+EXTRA_PERIODS = 45
 #: one block per axis: mode in force, ticks in a row that a check failed
-AXIS_G = 45
+AXIS_G = 46
 MODE, OVERSPEED_COUNT, FOLLOWING_COUNT, DISAGREE_COUNT = range(4)
 HAS_BRAKE, BRAKE_STATE = range(4, 6)
 #: samples in a row in which gyro and encoder did not change; samples at rest without torque, and in how many of them

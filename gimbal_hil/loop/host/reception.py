@@ -33,6 +33,7 @@ from gimbal_hil.loop.host.layout import (
     DRIVE_LIMITS,
     DRIVE_STATE,
     ENCODER_RATE,
+    EXTRA_PERIODS,
     EXTRAPOLATES_BASE,
     FEEDBACK_AGE,
     FRESH_IN_A_ROW,
@@ -96,8 +97,12 @@ def receive(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> No
         report(G, _LINK, G[LINK_STATUS], status, NOTHING)
         if status == _LOST:
             forget_identity(G)
+    G[EXTRA_PERIODS] = 0
     if fresh:
-        begin, ticks = G[LINK_STATUS] == _LOST, _periods_since(mail, G, silence + 1 + G[SKIPPED])
+        passed = silence + 1 + G[SKIPPED]
+        begin, ticks = G[LINK_STATUS] == _LOST, _periods_since(mail, G, passed)
+        if not begin:
+            G[EXTRA_PERIODS] = max(0, ticks - passed)
         watch_sensors(H, G, C, begin, ticks)
         _compare_gyro_and_encoder(H, C, begin, ticks)
     G[LINK_STATUS] = status
