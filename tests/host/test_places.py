@@ -65,7 +65,10 @@ def test_a_jump_of_an_axis_without_torque_waits_for_an_operator(axis: int) -> No
     assert loop.host.state is HostState.IDLE
 
 
-@pytest.mark.parametrize(("moved", "cause"), [(0.2, "FEEDBACK_LOST"), (-0.2, "FEEDBACK_LOST"), (0.3, "POSITION_JUMP")])
+@pytest.mark.parametrize(
+    ("moved", "cause"),
+    [(0.2, "FEEDBACK_LOST"), (-0.2, "FEEDBACK_LOST"), (0.3, "POSITION_JUMP"), (-0.3, "POSITION_JUMP")],
+)
 def test_after_a_silence_an_axis_may_have_crept_but_not_jumped(moved: float, cause: str) -> None:
     loop = HostLoop(Host(configuration(**JUMPS_ONLY))).connected()
     loop.antenna.silent = True
@@ -95,10 +98,12 @@ def test_an_axis_that_moved_as_the_silence_began_or_ended_may_have_gone_on(rate:
 @pytest.mark.parametrize("ticks", [2, 6])
 def test_a_jump_while_the_host_connects_keeps_it_from_taking_over(ticks: int) -> None:
     loop = HostLoop(Host(configuration(**JUMPS_ONLY))).run(ticks)
-    assert loop.host.state in (HostState.WAITING, HostState.SYNCHRONISING)
+    before = loop.host.state
+    assert before in (HostState.WAITING, HostState.SYNCHRONISING)
     _shifted(loop, 1, 0.5)
     loop.run(300)
     assert (loop.host.state, loop.host.cause) == (HostState.FAULT, HostCause.POSITION_JUMP), loop.texts()
+    assert f"{before.name.lower()} to fault (position_jump)" in loop.texts(), loop.texts()
 
 
 def test_a_fault_keeps_its_own_cause_when_a_jump_follows() -> None:

@@ -227,3 +227,23 @@ def test_rest_is_judged_by_fresh_samples_only() -> None:
     loop.antenna.silent = False
     loop.run(20)
     assert loop.host.state is HostState.IDLE
+
+
+def test_axes_that_rest_are_idle_after_as_many_samples_at_rest_as_configured() -> None:
+    loop = active(supervisor__rest_time_s=0.005)
+    loop.host.stop()
+    loop.run(4)
+    assert loop.host.state is HostState.STOPPING
+    loop.run(1)
+    assert loop.host.state is HostState.IDLE
+
+
+def test_a_motion_that_is_under_way_may_be_replaced_and_one_that_is_being_stopped_may_not() -> None:
+    loop = active().command(hold(Mode.RATE, 0.2, 0.2)).run(5)
+    assert loop.host.state is HostState.ACTIVE and "segment 0 ended (replaced)" in loop.texts()
+    loop.run(200)
+    assert loop.antenna.rate[0] == pytest.approx(0.2, abs=0.02)
+    loop.host.stop()
+    loop.run(2)
+    loop.command(hold(Mode.RATE, 0.2, 0.2)).run(1)
+    assert loop.host.state is HostState.STOPPING and any("refused" in text for text in loop.texts()), loop.texts()
