@@ -43,6 +43,23 @@ def test_changed_parts_have_the_names_of_what_they_are_of_and_are_taken_back_alo
     assert changed_parts(improved, improved) == {}
 
 
+def test_a_ripple_beside_one_that_the_model_had_is_a_part_and_the_same_ripples_are_none() -> None:
+    ripple = {"amplitude": 0.02, "order": 18.0, "phase": 0.4}
+    first = shipped_model("realistic").with_effect("cogging", "inner", {"amplitude": 0.01, "order": 7.0, "phase": 0.0})
+    improved = first.with_effect("cogging", "inner", ripple)
+    parts = changed_parts(first, improved)
+    assert set(parts) == {"inner cogging"}
+    amounts = [
+        (one.effect.name, one.axis, one.value("order"))
+        for one in parts["inner cogging"].effects
+        if one.effect.name == "cogging"
+    ]
+    assert amounts == [
+        (one.effect.name, one.axis, one.value("order")) for one in first.effects if one.effect.name == "cogging"
+    ]
+    assert changed_parts(improved, improved) == {}
+
+
 def test_friction_pays_for_reversals_and_the_shares_say_so(tmp_path: Path) -> None:
     improved = shipped_model("realistic")
     # the inner axis' viscous friction is hardly off

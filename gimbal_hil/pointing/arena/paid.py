@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.loop.settings import DaemonSettings
 from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text
 from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant, run_arena
@@ -24,6 +25,8 @@ BEFORE, FIRST, IMPROVED = "before", "first model", "improved"
 _MICRO = 1e6
 #: share of the mean squares below which two models point alike
 _LEAST_GAIN = 0.05
+#: share of the gain below which no part is said to carry it
+_LEAST_SHARE = 0.1
 #: numbers are grouped by the part that they belong to
 _CALLED = {"body.mass": "weight", "body.cog": "weight", "body.inertia": "inertia"}
 
@@ -71,7 +74,7 @@ def _without(part: str) -> str:
 
 def changed_parts(first: AntennaModel, improved: AntennaModel) -> dict[str, AntennaModel]:
     """By name, the improved model with one changed part as the first model has it: friction, weight, inertia or a
-    sensor of an axis, or an effect that was added. What cannot be taken back alone is left out.
+    sensor of an axis, or an effect that was added or has other numbers. What cannot be taken back alone is left out.
     """
     groups: dict[tuple[str, str], dict[str, float]] = {}
     for (axis, path), quantity in improved.numbers.items():
@@ -86,18 +89,32 @@ def changed_parts(first: AntennaModel, improved: AntennaModel) -> dict[str, Ante
             found[f"{axis} {name}"] = improved.with_numbers(axis, values)
         except BadInputError:
             continue
-    before = {(one.effect.name, one.axis) for one in first.effects}
-    for entry in improved.effects:
-        if (entry.effect.name, entry.axis) not in before:
-            document = copy.deepcopy(improved.document)
-            document["effects"] = [
-                one
-                for one, other in zip(document["effects"], improved.effects, strict=True)
-                if (other.effect.name, other.axis) != (entry.effect.name, entry.axis)
-            ]
-            name = f"{entry.axis} {entry.effect.name.replace('_', ' ')}"
-            found[name] = model_from_document(document, improved.where)
+    before, after = _effects_by_kind(first), _effects_by_kind(improved)
+    for (axis, effect), entries in after.items():
+        given = before.get((axis, effect), [])
+        if _amounts(given) == _amounts(entries):
+            continue
+        document = copy.deepcopy(improved.document)
+        kept = [one for kind, ones in after.items() if kind != (axis, effect) for one in ones]
+        document["effects"] = copy.deepcopy([*kept, *given])
+        found[f"{axis} {effect.replace('_', ' ')}"] = model_from_document(document, improved.where)
     return found
+
+
+def _effects_by_kind(model: AntennaModel) -> dict[tuple[str, str], list[Json]]:
+    """Entries of the model's document by axis and name; an axis may have several of a name, as ripples."""
+    found: dict[tuple[str, str], list[Json]] = {}
+    for entry, effect in zip(model.document.get("effects", []), model.effects, strict=True):
+        found.setdefault((effect.axis, effect.effect.name), []).append(entry)
+    return found
+
+
+def _amounts(entries: Sequence[Json]) -> list[dict[str, object]]:
+    """What of effects acts: their numbers, wherever they come from."""
+    return [
+        {key: one["value"] if isinstance(one, dict) and "value" in one else one for key, one in entry.items()}
+        for entry in entries
+    ]
 
 
 def what_paid(
@@ -171,7 +188,10 @@ def _answer(paid: Paid) -> str:
         )
     elif paid.parts:
         most = max(paid.parts, key=paid.share)
-        said += f" Most is lost without {most}: {100.0 * paid.share(most):.0f} % of the gain over the first model."
+        if paid.share(most) < _LEAST_SHARE:
+            said += " No part alone carries a tenth of the gain over the first model."
+        else:
+            said += f" Most is lost without {most}: {100.0 * paid.share(most):.0f} % of the gain over the first model."
     return said
 
 
