@@ -10,12 +10,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gimbal_hil.knowledge.discrepancy.hypotheses import Hypothesis, command_residual
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry
 from gimbal_hil.knowledge.discrepancy.laws import Curve, LawShape, curve, finding
-from gimbal_hil.knowledge.discrepancy.laws.knots import Factor, RangeSeen, basis, knots_of, knots_where_it_bends
+from gimbal_hil.knowledge.discrepancy.laws.knots import (
+    Factor,
+    RangeSeen,
+    basis,
+    columns_of,
+    knots_of,
+    knots_where_it_bends,
+)
 from gimbal_hil.knowledge.discrepancy.laws.linear import FOLDS, JUDGES, Normal, Straight
 from gimbal_hil.knowledge.discrepancy.laws.shape import crossed
+from gimbal_hil.knowledge.discrepancy.twin import Twin
 from sim_backend.model import ActsOn, Over
+from tests.discrepancy.test_parts_of_the_twin import MODEL, RECORD
 from tests.effects.rigs import rotary, run
 
 ROWS, WEIGHT = 800, 0.5
@@ -150,6 +160,21 @@ def test_where_a_law_does_not_stand_its_tests_the_next_is_asked(monkeypatch: pyt
     monkeypatch.setattr(finding, "_asked", lambda *given: given[-1] if given[-1] == "over one" else None)
     nothing = cast(Any, SimpleNamespace(inquiry=None, state=None))
     assert cast(Any, finding._one_more(nothing, nothing, nothing)) == "over one"
+
+
+def test_what_a_friction_level_does_is_what_the_model_with_it_says() -> None:
+    """A level that changes with the speed moves the bristles as well, and their damping answers to that."""
+    shape = LawShape("inner", ActsOn.FRICTION, (Over.SPEED,), direction_travel=5e-4)
+    knots, values = ((0.0, 0.1, 0.2, 0.3, 0.4, 0.8),), [0.0, 0.0, 0.03, 0.0, 0.0, 0.0]
+    seen = RangeSeen.of(shape, (RECORD,), MODEL.axes.index("inner"))
+    columns = columns_of(Twin(MODEL, (RECORD,)), (RECORD,), seen, knots, 1.0)
+    rows = []
+    for model in (MODEL, MODEL.with_law(_curve(shape, knots, values).entry(False))):
+        twin = Twin(model, (RECORD,))
+        rows.append(command_residual(twin, Hypothesis(), np.ones(len(twin.channels)))[:, 1])
+    change = rows[1] - rows[0]
+    assert np.std(change) > 1e-3
+    assert np.std(change - columns @ np.array(values)) < 0.25 * np.std(change)
 
 
 def _curve(shape: LawShape, knots: Any, values: list[float]) -> Curve:

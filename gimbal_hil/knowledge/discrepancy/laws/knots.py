@@ -108,6 +108,8 @@ def columns_of(
     """
     shape, found = seen.shape, []
     channel = next(j for j, c in enumerate(twin.channels) if (c.axis, c.signal) == (shape.axis, TORQUE))
+    stiffness, damping = (twin.model.number(shape.axis, f"friction.{name}") for name in ("sigma0", "sigma1"))
+    lead_s = damping / stiffness if stiffness > 0.0 else 0.0
     for which, record in enumerate(records):
         each = seen.columns[which]
         if len(each) == 2:
@@ -122,7 +124,9 @@ def columns_of(
             turned = seen.directions[which][:, None]
             wide = np.hstack([0.5 * (1.0 + turned) * wide, 0.5 * (1.0 - turned) * wide])
         elif shape.acts_on is ActsOn.FRICTION:
-            wide = -seen.directions[which][:, None] * wide
+            # a level that changes moves the bristles, and their damping answers to that
+            moved = lead_s * np.asarray(np.gradient(wide, record.bands.period_s, axis=0))
+            wide = -seen.directions[which][:, None] * (wide + moved)
         rows = scored(wide, record.bands)[record.keep]
         found.append(rows if twin.scales is None else rows / twin.scales[which][:, channel : channel + 1])
     return np.concatenate(found) / floor
