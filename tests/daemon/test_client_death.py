@@ -43,6 +43,7 @@ def words_of(command: str, run: Path, out: Path) -> list[str]:
     given = {
         "experiment": ["experiment", "sliding", "--run", str(run), "--out", str(out), "--short"],
         "point": ["point", "--target", "azel:30,40", "--duration", "600", "--run", str(run), "--out", str(out)],
+        "improve": ["improve", "--run", str(run), "--out", str(out), "--short", "--workers", "1"],
         "set": ["set", "outer=0.1", "--mode", "rate", "--attended", "--run", str(run)],
     }
     return [sys.executable, "-c", _MAIN, *given[command]]
@@ -131,6 +132,6 @@ def test_the_antenna_comes_to_rest_when_its_client_dies(clients: Clients, comman
 @pytest.mark.heavy
 @pytest.mark.parametrize("after_s", [0.0, 1.0, 6.0])
 @pytest.mark.parametrize("death", ["SIGINT", "SIGTERM", "SIGHUP", "SIGKILL", "SIGSTOP", "terminal"])
-@pytest.mark.parametrize("command", ["experiment", "point", "set", "script"])
+@pytest.mark.parametrize("command", ["experiment", "improve", "point", "set", "script"])
 def test_the_antenna_comes_to_rest_in_every_phase(clients: Clients, command: str, death: str, after_s: float) -> None:
     comes_to_rest(clients, command, death, after_s)
