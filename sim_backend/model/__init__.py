@@ -5,14 +5,26 @@ from sim_backend.model.file import BaseMotionKind, BaseSection, ModelFile, Model
 from sim_backend.model.formula import dimension_of, unit_text
 from sim_backend.model.laws import MOST_ACROSS, UNIT_OF, UNIT_OVER, ActsOn, LawKind, LawProgram, Over, put_variable
 from sim_backend.model.model import AntennaModel, EffectEntry, load_model, model_from_document
-from sim_backend.model.numbers import ENDLESS, NUMBER_AT, SlotBase, beside, gyro_filter
+from sim_backend.model.numbers import (
+    CENTRE,
+    ENDLESS,
+    MOMENTS,
+    NUMBER_AT,
+    PRODUCTS,
+    SlotBase,
+    beside,
+    gyro_filter,
+)
 from sim_backend.model.shipped import CONTROL_ANTENNA, model_named, shipped_model, shipped_model_path
 
 __all__ = [
+    "CENTRE",
     "CONTROL_ANTENNA",
     "ENDLESS",
+    "MOMENTS",
     "MOST_ACROSS",
     "NUMBER_AT",
+    "PRODUCTS",
     "THESIS_BASE_CASES",
     "UNIT_OF",
     "UNIT_OVER",

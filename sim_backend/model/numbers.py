@@ -194,11 +194,11 @@ AXIS_NUMBERS: tuple[Number, ...] = (
     Number("start.rate", "rad/s", "m/s", -1e3, 1e3, 0.0, _A, layout.START_RATE, "joint rate at the start"),
 )
 
+#: a body's moments and products of inertia, and its centre of gravity
+MOMENTS, PRODUCTS = (tuple(f"body.inertia.{c}" for c in of) for of in (("xx", "yy", "zz"), ("xy", "xz", "yz")))
+CENTRE = tuple(f"body.cog.{c}" for c in "xyz")
 #: numbers that are components of one thing, and so are known alike
-_TOGETHER = (
-    ("body.cog.x", "body.cog.y", "body.cog.z"),
-    ("body.inertia.xy", "body.inertia.xz", "body.inertia.yz"),
-)
+_TOGETHER = (CENTRE, PRODUCTS)
 
 NUMBER_AT: dict[str, Number] = {number.path: number for number in AXIS_NUMBERS}
 #: order of a friction row in a temperature table, as in the plant's layout

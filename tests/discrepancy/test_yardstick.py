@@ -7,7 +7,15 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from gimbal_hil.knowledge.discrepancy import LEAST_GAP, Request, Result, diagnose, verdict_of
+from gimbal_hil.knowledge.discrepancy import (
+    LEAST_GAP,
+    Request,
+    Result,
+    attributed,
+    diagnose,
+    recalibrated_model,
+    verdict_of,
+)
 from gimbal_hil.knowledge.discrepancy.hypotheses import command_residual
 from gimbal_hil.knowledge.discrepancy.inquiry import Noise
 from gimbal_hil.knowledge.discrepancy.judgement.smallest import without_own
@@ -100,6 +108,17 @@ def test_what_the_model_itself_allows_to_be_twice_as_large_is_not_judged() -> No
     verdict = verdict_of_model(model("80%"))
     assert verdict["verdict"] == "cannot_judge", verdict["text"]
     assert {"inertia", "coulomb"} <= {one["name"] for one in verdict["would_not_show"]}
+
+
+def test_numbers_that_moved_are_told_and_written_as_well_as_the_logs_know_them() -> None:
+    given, path = model("50%"), "body.mass"
+    wrong = given.with_number(AXIS, path, 1.4 * given.number(AXIS, path))
+    result = diagnosed(wrong)
+    verdict = verdict_of(result)
+    assert f"where known numbers move within their stated uncertainty: {AXIS} {path}" in verdict.text
+    said = attributed(wrong, recalibrated_model(result), verdict)
+    assert abs(said.number(AXIS, path) / given.number(AXIS, path) - 1.0) < 0.05
+    assert said.uncertainty(AXIS, path) < 0.1 * said.number(AXIS, path)
 
 
 def test_a_floor_is_none_where_an_explanation_leaves_less() -> None:

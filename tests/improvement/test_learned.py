@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gimbal_hil.knowledge.discrepancy import Kind, Verdict, refusal
+from gimbal_hil.knowledge.discrepancy import Kind, Verdict, attributed, refusal
 from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap
 from gimbal_hil.knowledge.improvement import loop
-from gimbal_hil.knowledge.improvement.learned import attributed, learned
+from gimbal_hil.knowledge.improvement.learned import learned
 from gimbal_hil.knowledge.improvement.loop import _Loop
 from gimbal_hil.knowledge.improvement.task import NextStep
 from sim_backend.model import AntennaModel, load_model, shipped_model

@@ -22,6 +22,7 @@ from gimbal_hil.knowledge.discrepancy import (
     Request,
     Result,
     Verdict,
+    attributed,
     corrected_model,
     diagnose,
     recalibrated_model,
@@ -61,7 +62,7 @@ from gimbal_hil.knowledge.improvement.journal import (
     Refused,
 )
 from gimbal_hil.knowledge.improvement.kept import MODEL_FILE, keep_round
-from gimbal_hil.knowledge.improvement.learned import attributed, learned
+from gimbal_hil.knowledge.improvement.learned import learned
 from gimbal_hil.knowledge.improvement.measured import measured_table
 from gimbal_hil.knowledge.improvement.motion import MADE
 from gimbal_hil.knowledge.improvement.rehearsal import Rehearsal, rehearse

@@ -201,7 +201,7 @@ def _told(
         axes, made = len(finding.result.model.axes), asked.out / SETTLE_FILE
         assumed = _assumed_and_hidden(finding)
         if assumed:
-            print(f"  why: {_assumed_words(assumed, axes)}")
+            print(f"  why: {_assumed_words(assumed, axes, asked.out if finding.recalibrated else None)}")
         names = {name for name, _ in assumed}
         print_next(after_discrepancy(verdict, asked.model, axes, asked.out, asked.logs, made, assumed=names))
     # where no name fits is unexplained to whoever asked before laws were told
@@ -227,8 +227,10 @@ def _assumed_and_hidden(finding: Finding) -> list[tuple[str, str]]:
     ]
 
 
-def _assumed_words(numbers: list[tuple[str, str]], axes: int) -> str:
-    """Why logs cannot judge a model of which nobody measured these numbers, and what to do."""
+def _assumed_words(numbers: list[tuple[str, str]], axes: int, moved_in: Path | None) -> str:
+    """Why logs cannot judge a model of which nobody measured these numbers, and what to do; `moved_in` is the folder
+    of the model in which numbers are where these logs put them.
+    """
     from gimbal_hil.surface.cli.following import FRICTIONS
     from sim_backend.effects import CATALOGUE
 
@@ -236,9 +238,10 @@ def _assumed_words(numbers: list[tuple[str, str]], axes: int) -> str:
     # no experiment moves a single axis, and sliding says nothing of an inertia
     friction = axes > 1 and any(name in FRICTIONS for name, _ in numbers)
     measure = "Measure friction (experiment sliding, then identify), and write" if friction else "Write"
+    moved = f" {moved_in / RECALIBRATED_FILE} has what these logs say: ask again with it." if moved_in else ""
     return (
         f"{said}: assumed, which counts as known to 50 %, and an error within that is no gap. {measure} beside what "
-        "you know better how well (uncertainty: 5%)."
+        f"you know better how well (uncertainty: 5%).{moved}"
     )
 
 

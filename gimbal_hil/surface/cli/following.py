@@ -250,6 +250,7 @@ def after_discrepancy(
         names = [entry["name"] for entry in (*verdict["effects"], *verdict.get("alternatives", []))]
         return command_line("effects", *names[:1])
     found = Kind(verdict["verdict"])
+    recalibrated = out / "model_recalibrated.yaml" if verdict.get("recalibrated") else None
     if found in (Kind.AMBIGUOUS, Kind.CANNOT_JUDGE) and made is not None and made.exists():
         return _experiment(str(made), origin_of(logs), model, out.parent / made.stem)
     if found in (Kind.AMBIGUOUS, Kind.UNEXPLAINED):
@@ -258,10 +259,10 @@ def after_discrepancy(
     if found is Kind.CANNOT_JUDGE:
         if assumed and model is not None and not FRICTIONS & set(assumed):
             # motion is there; what is missing is how well somebody knows these numbers
-            return command_line("check", model)
+            return command_line("check", recalibrated or model)
         name = "sliding" if assumed else "survey"
         return _experiment(name, origin_of(logs), model, out.parent / name)
-    use = out / "model.yaml" if found in (Kind.NAMED, Kind.DESCRIBED) else model
+    use = out / "model.yaml" if found in (Kind.NAMED, Kind.DESCRIBED) else recalibrated or model
     return _experiment("step", origin_of(logs), use, out.parent / "step_with_model")
 
 

@@ -16,6 +16,7 @@ from gimbal_hil.knowledge.discrepancy import (
     Request,
     Result,
     Verdict,
+    attributed,
     check_logs,
     corrected_model,
     diagnose,
@@ -58,13 +59,14 @@ class Finding:
     @cached_property
     def model(self) -> AntennaModel | None:
         """The model with the named causes; None if nothing was named."""
-        return corrected_model(self.result)
+        corrected = corrected_model(self.result)
+        return None if corrected is None else attributed(self.result.model, corrected, self.verdict)
 
     @cached_property
     def recalibrated(self) -> AntennaModel | None:
         """The model with known numbers refitted within their uncertainty, if nothing was named."""
         moved = self.model is None and bool(self.verdict.recalibrated)
-        return recalibrated_model(self.result) if moved else None
+        return attributed(self.result.model, recalibrated_model(self.result), self.verdict) if moved else None
 
     @cached_property
     def page(self) -> Page:

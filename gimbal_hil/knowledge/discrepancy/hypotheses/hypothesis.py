@@ -20,7 +20,7 @@ from gimbal_hil.knowledge.discrepancy.twin import (
 )
 from sim_backend import layout
 from sim_backend.effects import CATALOGUE, Knob, Move
-from sim_backend.model import NUMBER_AT, AntennaModel, beside
+from sim_backend.model import CENTRE, MOMENTS, NUMBER_AT, PRODUCTS, AntennaModel, beside
 
 #: a coordinate this close to its bound (share of the room that it has, at most of one unit) stands there: a search
 #: that presses against a bound ends a little before it
@@ -316,7 +316,7 @@ def known_numbers(model: AntennaModel) -> tuple[KnownNumber, ...]:
         for parameter in effect.parameters
         if effect.is_number and parameter.path
     }
-    bodies = ("body.mass",) if model.is_linear else (*_MOMENTS, *_PRODUCTS, *_CENTRE)
+    bodies = ("body.mass",) if model.is_linear else (*MOMENTS, *PRODUCTS, *CENTRE)
     found = []
     for axis in model.axes:
         for path in (*_FRICTION, *bodies, *_ACTUATOR):
@@ -333,8 +333,6 @@ def known_numbers(model: AntennaModel) -> tuple[KnownNumber, ...]:
 
 _BUMP = ("friction.breakaway", "friction.stribeck_velocity", "friction.shape")
 _FRICTION = ("friction.coulomb", *_BUMP, "friction.sigma0", "friction.sigma1", "friction.viscous")
-_MOMENTS, _PRODUCTS = (tuple(f"body.inertia.{c}" for c in of) for of in (("xx", "yy", "zz"), ("xy", "xz", "yz")))
-_CENTRE = tuple(f"body.cog.{c}" for c in "xyz")
 _ACTUATOR = ("actuator.offset", "actuator.gain_error")
 #: either side of zero
-_SIGNED = (*_PRODUCTS, *_CENTRE, *_ACTUATOR)
+_SIGNED = (*PRODUCTS, *CENTRE, *_ACTUATOR)

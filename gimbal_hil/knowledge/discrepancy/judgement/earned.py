@@ -153,7 +153,7 @@ def _taken(jacobian: Floats, rows: Floats, per_row: Floats, hypothesis: Hypothes
 def _within_reach(model: AntennaModel, family: Family, own: tuple[KnownNumber, ...], factor: float) -> float:
     """The factor up to which a number that is off moves to where it belongs, within its own uncertainty."""
     stated, is_share = _stated(model, family, family.knobs[0])
-    ends = [known.moved(stated, math.copysign(known.reach, factor - 1.0)) for known in own[:1]]
+    ends = [known.moved(stated, math.copysign(known.reach, factor - 1.0)) for known in own if known.axis == family.axis]
     return next((1.0 + end - stated if is_share else end / stated for end in ends), 1.0)
 
 

@@ -29,6 +29,7 @@ from gimbal_hil.knowledge.discrepancy.judgement.wander import wander_of
 from gimbal_hil.knowledge.discrepancy.search import basis_of, beside, responses, row_weights
 from gimbal_hil.knowledge.discrepancy.twin import Floats
 from sim_backend.effects import CATALOGUE, Start, ripple_start
+from sim_backend.model import MOMENTS, AntennaModel
 
 #: a ripple is foreseen at so many periods a turn, or along the travel of a linear axis
 ORDER = 12.0
@@ -116,9 +117,8 @@ def slopes_of_hold_out(inquiry: Inquiry, null: State) -> Floats:
 
 def without_own(inquiry: Inquiry, null: State, family: Family) -> tuple[Fit, tuple[KnownNumber, ...]]:
     """The null fit in which the numbers that a cause moves do not float, and those numbers."""
-    model, hypothesis = inquiry.twin.model, null.hypothesis
-    paths = {model.number_path(family.axis, p.path) for p in CATALOGUE[family.effect].parameters if p.path}
-    mine = [known.axis == family.axis and known.path in paths for known in hypothesis.floating]
+    hypothesis, its = null.hypothesis, _own_places(inquiry.twin.model, family)
+    mine = [(known.axis, known.path) in its for known in hypothesis.floating]
     if not any(mine):
         return null.fit, ()
     first = len(hypothesis.vector()) - len(hypothesis.y)
@@ -133,6 +133,19 @@ def without_own(inquiry: Inquiry, null: State, family: Family) -> tuple[Fit, tup
     # where its own numbers had moved, they stand at what the model says again
     residual = command_residual(inquiry.twin, shorter, inquiry.floor)
     return replace(null.fit, hypothesis=shorter, residual=residual, jacobian=null.fit.jacobian[:, kept]), own
+
+
+def _own_places(model: AntennaModel, family: Family) -> set[tuple[str, str]]:
+    """Numbers (axis, path) that an effect moves. An axis turns what it carries too, and no motion tells whose moment of
+    inertia it is: those that turn with it are the same number.
+    """
+    axis, paths = family.axis, [p.path for p in CATALOGUE[family.effect].parameters if p.path]
+    its = {(axis, model.number_path(axis, path)) for path in paths}
+    if "body.own_inertia" in paths:
+        for carried in model.axes[model.axes.index(axis) + 1 :]:
+            about_others = [path for path in MOMENTS if path != model.own_inertia_path(carried)]
+            its |= {(carried, path) for path in about_others}
+    return its
 
 
 def _trace(

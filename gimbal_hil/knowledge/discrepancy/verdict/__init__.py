@@ -1,5 +1,6 @@
 """The verdict: what is reported, as a typed value, a model file, plain words and a page."""
 
+from gimbal_hil.knowledge.discrepancy.verdict.attributed import attributed, found_numbers
 from gimbal_hil.knowledge.discrepancy.verdict.contradictions import ramps_apart
 from gimbal_hil.knowledge.discrepancy.verdict.corrected import corrected_model, explained_by, recalibrated_model
 from gimbal_hil.knowledge.discrepancy.verdict.discrepancy_page import discrepancy_page
@@ -18,10 +19,12 @@ __all__ = [
     "CHANCE",
     "Verdict",
     "all_sequences",
+    "attributed",
     "corrected_model",
     "discrepancy_page",
     "entries_of",
     "explained_by",
+    "found_numbers",
     "headline",
     "ramps_apart",
     "recalibrated_model",

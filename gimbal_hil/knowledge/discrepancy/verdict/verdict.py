@@ -123,7 +123,8 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
     if kind is Kind.CANNOT_JUDGE:
         run = _run_that_judges(result)
     against = tuple(contradictions(corrected_model(result) or recalibrated_model(result), logs))
-    text = told(result, effects, gaps) + "".join(told_against(found) for found in against)
+    moved = _recalibrated(result)
+    text = told(result, effects, gaps, moved) + "".join(told_against(found) for found in against)
     something_else = 1.0 - min((one.of_names for one in result.told), default=0.0 if kind is Kind.UNEXPLAINED else 1.0)
     over, unseen = result.decision.depends_on, tuple(not_testable(result))
     text += told_unseen(result, unseen) + ("" if kind is Kind.CANNOT_JUDGE else told_hidden(result))
@@ -137,7 +138,7 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
         unseen,
         gaps[worst],
         gaps,
-        _recalibrated(result),
+        moved,
         against,
         something_else,
         tuple(_smallest_entry(one) for one in result.smallest),

@@ -12,6 +12,7 @@ from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, closed_most, larg
 from gimbal_hil.knowledge.discrepancy.verdict.laws import told_laws
 from gimbal_hil.pages.report import quantity
 from sim_backend.effects import CATALOGUE, FittedNumber
+from sim_backend.model import NUMBER_AT, AntennaModel
 
 #: the share of `Policy.uneven` from which a varying strength alone costs a name; and one that is known to this share
 _TOLD = 0.45
@@ -19,10 +20,10 @@ _TOLD = 0.45
 _NUMBERS = 3
 
 
-def told(result: Result, effects: Sequence[Json], gaps: Sequence[Gap]) -> str:
-    """What was found and how sure it is."""
+def told(result: Result, effects: Sequence[Json], gaps: Sequence[Gap], moved_numbers: Sequence[Json]) -> str:
+    """What was found and how sure it is; `moved_numbers` are known ones, as in `recalibrated`."""
     kind = result.decision.kind
-    moved = _recalibration(result, gaps)
+    moved = _recalibration(result, gaps, moved_numbers)
     if kind is Kind.NO_DISCREPANCY:
         limit = _no_gap(gaps, result.request.policy.least_gap)
         return f"The model explains this data to its noise{moved}. {_would_have_shown(result)}{limit}"
@@ -81,12 +82,24 @@ def _no_gap(gaps: Sequence[Gap], least: float) -> str:
     return f" {where}: motion that does not repeat, or friction whose level wanders a little, leaves as much."
 
 
-def _recalibration(result: Result, gaps: Sequence[Gap]) -> str:
+def _recalibration(result: Result, gaps: Sequence[Gap], numbers: Sequence[Json]) -> str:
+    """What is left once known numbers move, where that is less, and those that moved farthest for it."""
     gap = largest(gaps)
     if gap.before - gap.after_recalibration <= 0.1 * gap.before or gap.before <= 1.1 * gap.noise_floor:
         return ""
+    inside = [one for one in numbers if not one["named"]]
+    farthest = sorted(inside, key=lambda one: -abs(one["to"] - one["from"]) / one["uncertainty"])[:_NUMBERS]
+    said = ", ".join(_moved(result.model, one) for one in farthest)
+    rest = f" and {len(inside) - _NUMBERS} more" if len(inside) > _NUMBERS else ""
     left = quantity(gap.after_recalibration, gap.unit)
-    return f" ({left} where the model's numbers move within their stated uncertainty)"
+    return f" ({left} where known numbers move within their stated uncertainty: {said}{rest})"
+
+
+def _moved(model: AntennaModel, one: Json) -> str:
+    """A known number that moved: where to, from where, and between which limits these logs know it."""
+    unit = NUMBER_AT[one["path"]].unit_for(model.is_linear)
+    interval = f"{one['low']:.4g} to {one['high']:.4g}"
+    return f"{one['axis']} {one['path']} {one['to']:.4g} {unit} ({interval}; model: {one['from']:.4g})"
 
 
 def _where_judged(result: Result) -> str:
