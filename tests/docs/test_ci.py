@@ -10,8 +10,9 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 #: what the script itself needs; no compiler, no emulator and no browser
-_TOOLS = ("bash", "cat", "chmod", "dirname", "env", "mkdir", "mktemp", "rm", "sed")
+_TOOLS = ("bash", "cat", "chmod", "dirname", "env", "mkdir", "mktemp", "rm", "sed", "timeout")
 _FOUND = ("cc", "arm-none-eabi-gcc", "cppcheck", "qemu-system-arm", "google-chrome")
+_APT = "apt-get -qq -o Acquire::Retries=1 -o Acquire::http::Timeout=20"
 _WANTED = "gcc gcc-arm-none-eabi libnewlib-arm-none-eabi cppcheck qemu-system-arm chromium"
 pytestmark = pytest.mark.skipif(not (ROOT / ".ci" / "run").exists(), reason="needs the source checkout")
 
@@ -44,8 +45,8 @@ def _said(folder: Path, apt_get: str, *there: str) -> list[str]:
 def test_what_is_not_there_is_installed_before_the_test_command_runs(tmp_path: Path) -> None:
     said = _said(tmp_path, "exit 0")
     assert said[:3] == [
-        "apt-get update",
-        f"apt-get install -y --no-install-recommends {_WANTED}",
+        f"{_APT} update",
+        f"{_APT} install -y --no-install-recommends {_WANTED}",
         f"+ installed {_WANTED}",
     ]
     assert said[-1] == "python -m pytest -n 2 --dist loadfile -m not heavy"
@@ -57,5 +58,5 @@ def test_what_is_there_is_not_installed(tmp_path: Path) -> None:
 
 def test_where_nothing_may_be_installed_the_tests_run_and_it_says_what_is_skipped(tmp_path: Path) -> None:
     said = _said(tmp_path, "exit 1", *_FOUND[:-1])
-    assert said[:2] == ["apt-get update", "+ without chromium: their tests are skipped"]
+    assert said[:2] == [f"{_APT} update", "+ without chromium: their tests are skipped"]
     assert said[-1].startswith("python -m pytest")
