@@ -89,6 +89,18 @@ def test_an_inertia_that_is_far_off_is_told() -> None:
         assert test.state is FirstTestState.FAILED and words in test.problem, test.problem
 
 
+@pytest.mark.parametrize("counts", [0.5, 2.0])
+def test_motion_of_half_or_twice_what_is_expected_passes_and_asks_for_a_look(counts: float) -> None:
+    """An encoder and a rate that both count half or twice look like another inertia."""
+    expected = shipped_settings().axes["outer"].expectation
+    assert expected is not None
+    _, test, _ = tried(changed(inertia_kg_m2=expected.inertia_kg_m2 * counts))
+    assert test.state is FirstTestState.PASSED
+    assert "check gear, encoder counts and `expectation` of outer: turn it by hand" in test.said
+    _, healthy, _ = tried()
+    assert "expected: outer 93%, inner 82%" in healthy.said and "check" not in healthy.said
+
+
 def test_an_antenna_of_which_nothing_is_expected_is_not_tried() -> None:
     document = shipped_settings().model_dump(mode="json", by_alias=True)
     for axis in AXES:

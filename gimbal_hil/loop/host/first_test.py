@@ -30,6 +30,10 @@ _PATTERN = (1.0, -1.0, -1.0, 1.0, 0.0, 0.0)
 _JUDGED_PULSES = 5
 #: motion for torque, and encoder for gyro, as shares of what is expected
 _MOTION, _SENSORS = (0.3, 3.0), (0.7, 1.4)
+#: motion beyond which somebody has to look: with half the counts or twice the gear position and rate are alike wrong,
+#: and nothing here tells that from another inertia. Healthy antennas have 0.75 to 0.93 (lags and friction take the
+#: rest); the limits lie halfway, in proportion, to half and twice of that
+_AS_EXPECTED = (0.6, 1.3)
 #: the second where the rate comes from the encoder too: turns for radians would be 6.3 times as much
 _RATE_OF_ENCODER = (0.3, 3.0)
 #: share of the ticks that must follow each other
@@ -82,7 +86,8 @@ class FirstTest:
         # the carried axis first: it is the one that falls where its motor does nothing
         self._tried = [a for a in reversed(range(layout.AXES)) if C[layout.axis_c(a) + layout.EXPECTED_INERTIA] > 0.0]
         self._samples: list[list[_Sample]] = [[], []]
-        self._right: set[int] = set()
+        #: axis -> motion for its torque, as a share of what is expected
+        self._right: dict[int, float] = {}
         self._spoilt_tries = self._due_at = 0
         #: the axis that is being tried
         self._axis = self._tried[0] if self._tried else 0
@@ -107,7 +112,7 @@ class FirstTest:
     def _begin(self) -> Program | str:
         host = self._host
         if host.state is HostState.IDLE:
-            self._samples, self._right = [[], []], set()
+            self._samples, self._right = [[], []], {}
             program = program_of([self._segment(axis) for axis in self._tried])
             host.command(program)
             self.state = FirstTestState.RUNS
@@ -144,15 +149,31 @@ class FirstTest:
         return ""
 
     def _judge(self, axis: int) -> str:
-        problem = _judged(self._host, self._samples[axis], axis, self._step_s, self._sensors)
-        if problem is None:
+        found = _measured(self._host, self._samples[axis], axis, self._step_s)
+        if found is None:
             self._host.stop()
             self._again("too many ticks were missed to tell; see `gimbal-hil doctor`")
             return "stop"
+        problem = _problem(self._host, axis, found, self._sensors)
         if problem:
             return self._fail(problem)
-        self._right.add(axis)
+        self._right[axis] = found.motion
         return ""
+
+    @property
+    def said(self) -> str:
+        """What a test that is over says: what is wrong, or how far each axis moved for its torque."""
+        if self.problem:
+            return self.problem
+        low, high = _AS_EXPECTED
+        moved = {self._host.axes[axis]: motion for axis, motion in sorted(self._right.items())}
+        shares = ", ".join(f"{name} {motion:.0%}" for name, motion in moved.items())
+        odd = " and ".join(name for name, motion in moved.items() if not low <= motion <= high)
+        look = (
+            f"; check gear, encoder counts and `expectation` of {odd}: turn it by hand by a known angle" if odd else ""
+        )
+        said = "first test: each axis turns as its torque, gyro and encoder say"
+        return f"{said}; motion, of what is expected: {shares}{look}" if moved else said
 
     def _again(self, why: str) -> str:
         self.state, self.spoilt = FirstTestState.DUE, why
@@ -220,14 +241,23 @@ def _weights_held(host: Host) -> tuple[float, float]:
     return float(held[0]), float(held[1])
 
 
-def _judged(host: Host, samples: list[_Sample], axis: int, step_s: float, within: tuple[float, float]) -> str | None:
-    """What is wrong with an axis in words, empty when nothing is; None where too many ticks were missed to tell.
-
-    Only samples that follow each other count, so that a busy machine makes no wrong verdict.
+@dataclass(frozen=True, slots=True)
+class _Measured:
+    """How an axis answered: its motion and the other one's for its torque, as shares of what is expected, the torque
+    (N m) that made its rate grow besides, and what its encoder turned of what its gyro says.
     """
-    name, other = host.axes[axis], host.axes[1 - axis]
-    c = layout.axis_c(axis)
-    inertia, disturbance = (host.memory.C[c + k] for k in (layout.EXPECTED_INERTIA, layout.DISTURBANCE))
+
+    motion: float
+    crossed: float
+    pull_nm: float
+    sensors: float
+
+
+def _measured(host: Host, samples: list[_Sample], axis: int, step_s: float) -> _Measured | None:
+    """None where too many ticks were missed to tell: only samples that follow each other count, so that a busy machine
+    makes no wrong verdict.
+    """
+    inertia = host.memory.C[layout.axis_c(axis) + layout.EXPECTED_INERTIA]
     pairs = [(one, two) for one, two in pairwise(samples) if two.follows(one)]
     if len(pairs) < _LEAST_SHARE * (samples[-1].tick - samples[0].tick):
         return None
@@ -238,22 +268,28 @@ def _judged(host: Host, samples: list[_Sample], axis: int, step_s: float, within
         for what in ("rates", "positions")
     )
     turned = 0.5 * step_s * np.array([one.rates[axis] + two.rates[axis] for one, two in pairs])
-    expected = torque * step_s / inertia
     # a load that nobody knows of makes the rate grow evenly
-    columns = np.stack([expected, np.full(len(pairs), step_s)], axis=1)
+    columns = np.stack([torque * step_s / inertia, np.full(len(pairs), step_s)], axis=1)
     (motion, growth), *_ = np.linalg.lstsq(columns, rates[:, axis], rcond=None)
     (crossed, _), *_ = np.linalg.lstsq(columns, rates[:, 1 - axis], rcond=None)
+    sensors = float(moved[:, axis] @ turned / (turned @ turned))
+    return _Measured(float(motion), float(crossed), float(abs(growth) * inertia), sensors)
+
+
+def _problem(host: Host, axis: int, found: _Measured, within: tuple[float, float]) -> str:
+    """What is wrong with an axis in words, empty when nothing is."""
+    name, other = host.axes[axis], host.axes[1 - axis]
+    motion, sensors = found.motion, found.sensors
     if motion < -_MOTION[0]:
         return f"{name} turned against its torque: its motor or its gyro is wired the wrong way round"
     if motion < _MOTION[0]:
-        if abs(crossed) > _MOTION[0]:
+        if abs(found.crossed) > _MOTION[0]:
             return f"{name}'s torque turned {other}: the motors or the gyros are swapped"
         return f"{name} moved {max(motion, 0.0):.0%} of what its torque should do: motor, brake, gyro or `expectation`"
-    if abs(growth) * inertia > disturbance / MOMENTUM_WINDOW_S:
-        return f"{name} is pulled by {abs(growth) * inertia:.1f} N m that its `expectation` does not know of"
+    if found.pull_nm > host.memory.C[layout.axis_c(axis) + layout.DISTURBANCE] / MOMENTUM_WINDOW_S:
+        return f"{name} is pulled by {found.pull_nm:.1f} N m that its `expectation` does not know of"
     if motion > _MOTION[1]:
         return f"{name} moved {motion:.1f} times what its torque should do: see `expectation`"
-    sensors = float(moved[:, axis] @ turned / (turned @ turned))
     if sensors < 0.0:
         return f"{name}'s encoder counts against its gyro: one of them is the wrong way round"
     if not within[0] <= sensors <= within[1]:

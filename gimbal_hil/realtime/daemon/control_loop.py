@@ -320,7 +320,7 @@ class ControlLoop:
         if test.state is FirstTestState.FAILED:
             self._ask(LoopEnd(EXIT_SAFETY_STOP, test.problem))
         if test.state in (FirstTestState.PASSED, FirstTestState.FAILED):
-            self._event("note", test.problem or "first test: each axis turns as its torque, gyro and encoder say", {})
+            self._event("note", test.said, {})
             self._first_test = None
 
     def _record_command(self, word: str) -> None:
