@@ -174,8 +174,8 @@ def test_detuned_thesis_gains_keep_the_margin_that_the_printed_ones_lack() -> No
     assert printed == 0.0 and 0.4 <= detuned < 0.6
 
 
-#: whose gains are searched anew, which takes a while
-SEARCHED = {"tuned_pointing", "tuned_both", "h_infinity"}
+#: whose gains or friction levels are searched anew, which takes a while
+SEARCHED = {"tuned_pointing", "tuned_both", "h_infinity", "learned", "lqg"}
 
 
 @pytest.mark.parametrize("name", heavy_but(CONTROLLERS.keys() - SEARCHED, sorted(CONTROLLERS)))

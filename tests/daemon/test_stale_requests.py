@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from gimbal_hil.loop.host import AxisCommand, Host, HostState, Mode, Segment, program_of
+from gimbal_hil.loop.host import AxisCommand, FirstTest, Host, HostState, Mode, Segment, program_of
 from gimbal_hil.loop.settings import host_configuration, shipped_settings
 from gimbal_hil.loop.timing import NS_PER_S, Duration, LockstepClock, RingReader, RingWriter, TickEngine, create_ring
 from gimbal_hil.realtime.daemon.antenna_link import embedded_antenna
@@ -55,6 +55,24 @@ START = (CommandKind.START, pack_program(PROGRAM))
 ADJUST = (CommandKind.ADJUST, pack_configuration(2.0 * host_configuration(shipped_settings())))
 
 
+def looped(tries_first: bool = False) -> tuple[Host, TickEngine, int, int]:
+    """A control loop on the embedded antenna, its engine, and the rings of its orders and of what it tells."""
+    settings, clock = shipped_settings(), LockstepClock()
+    antenna = embedded_antenna(settings, settings.link)  # type: ignore[arg-type]
+    orders, told = create_ring(COMMAND_BYTES), create_ring(TELEMETRY_BYTES)
+    host, telemetry = Host(host_configuration(settings)), Telemetry(RingWriter(told), lockstep=False)
+    period, link = Duration.of_seconds(settings.step_s), LinkKeeper(clock, lambda: antenna, lambda opened, text: None)
+    service = ServiceEnd(telemetry, RingReader(orders), lambda: True)
+    first = FirstTest(host, settings.step_s) if tries_first else None
+    loop = ControlLoop(host, link, service, LoopTime(clock, period), first_test=first)
+    return host, TickEngine(clock, period, loop.step), orders, told
+
+
+def problems(told: int) -> list[str]:
+    """What became of the requests that were answered."""
+    return [json.loads(r.payload)["problem"] for r in RingReader(told).take() if r.kind == TelemetryKind.REPLY]
+
+
 @pytest.mark.parametrize(
     ("request_", "age_s", "state"),
     [(START, 1.0, HostState.ACTIVE), (START, 3.5, HostState.IDLE), (ADJUST, 3.5, HostState.IDLE)],
@@ -62,14 +80,7 @@ ADJUST = (CommandKind.ADJUST, pack_configuration(2.0 * host_configuration(shippe
 def test_a_motion_begins_and_a_gain_changes_only_while_the_caller_still_waits(
     request_: tuple[CommandKind, bytes], age_s: float, state: HostState, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    settings, clock = shipped_settings(), LockstepClock()
-    antenna = embedded_antenna(settings, settings.link)  # type: ignore[arg-type]
-    orders, told = create_ring(COMMAND_BYTES), create_ring(TELEMETRY_BYTES)
-    host, telemetry = Host(host_configuration(settings)), Telemetry(RingWriter(told), lockstep=False)
-    period, link = Duration.of_seconds(settings.step_s), LinkKeeper(clock, lambda: antenna, lambda opened, text: None)
-    service = ServiceEnd(telemetry, RingReader(orders), lambda: True)
-    loop = ControlLoop(host, link, service, LoopTime(clock, period))
-    engine = TickEngine(clock, period, loop.step)
+    host, engine, orders, told = looped()
     engine.run(50)
     assert host.state is HostState.IDLE
     asked_ns = time.monotonic_ns()
@@ -78,9 +89,18 @@ def test_a_motion_begins_and_a_gain_changes_only_while_the_caller_still_waits(
     monkeypatch.setattr(time, "monotonic_ns", lambda: round(asked_ns + age_s * NS_PER_S))
     engine.run(3)
     assert host.state is state
-    answers = [json.loads(r.payload) for r in RingReader(told).take() if r.kind == TelemetryKind.REPLY]
-    assert [bool(answer["problem"]) for answer in answers] == [state is HostState.IDLE]
+    assert [bool(problem) for problem in problems(told)] == [state is HostState.IDLE]
     np.testing.assert_array_equal(host.memory.C, before)
+
+
+def test_a_request_before_the_antenna_answers_is_told_so_and_not_that_the_antenna_is_being_tried() -> None:
+    host, engine, orders, told = looped(tries_first=True)
+    engine.run(1)
+    assert host.state in (HostState.WAITING, HostState.SYNCHRONISING)
+    Commands(RingWriter(orders)).send(*START)
+    engine.run(3)
+    (problem,) = problems(told)
+    assert "which passes once the antenna answers" in problem
 
 
 def test_a_motion_that_began_late_is_recorded_although_its_caller_was_told_no(monkeypatch: pytest.MonkeyPatch) -> None:

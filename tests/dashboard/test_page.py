@@ -195,6 +195,7 @@ def test_a_port_that_is_taken_is_refused_and_leaves_no_run_folder(server: PageSe
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.heavy
 def test_silent_connections_lock_nobody_out_and_use_up_no_descriptors() -> None:
     server = PageServer(LiveView(1_000_000), 0)
     place = urlsplit(server.url)

@@ -39,6 +39,7 @@ def test_a_table_learns_the_cogging_that_the_model_does_not_name() -> None:
     assert swings(controller_settings("learned")).los_rms < 1.2 * named
 
 
+@pytest.mark.heavy
 def test_levels_take_a_friction_that_is_off_out_of_the_reversals() -> None:
     off, followed = (swings(controller_settings(name), 0.3) for name in ("tuned", "levels"))
     assert followed.los_rms < off.los_rms

@@ -41,7 +41,7 @@ def torques(engine: CompiledPath, ticks: int) -> np.ndarray:
 
 @pytest.mark.parametrize("does", DOES)
 #: those whose loops the host closes; a law of the arena brakes nothing
-@pytest.mark.parametrize("controller", heavy_but(("thesis", "tuned_both"), [c for c in CONTROLLERS if c not in LAWS]))
+@pytest.mark.parametrize("controller", heavy_but(("thesis", "all"), [c for c in CONTROLLERS if c not in LAWS]))
 def test_a_stop_begins_with_the_torque_that_acts(controller: str, does: str) -> None:
     engine = antenna(controller, does)
     before = torques(engine, 500)[-1]

@@ -66,6 +66,7 @@ def test_a_navigation_without_errors_points_as_the_arena_says() -> None:
     assert flight.histogram[0] + flight.histogram[1] > 0.5 * flight.transmitting_s
 
 
+@pytest.mark.heavy
 def test_the_same_seed_is_the_same_flight() -> None:
     one, other = (fly(task(3.0, heading_bias_deg=0.1), 7) for _ in range(2))
     assert replace(one, computed_s=0.0) == replace(other, computed_s=0.0)

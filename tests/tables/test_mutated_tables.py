@@ -78,7 +78,7 @@ def spoilt(random: Random, form: str) -> str:
     return text[: random.randrange(len(text) + 1)] if random.random() < 0.1 else text
 
 
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),
     form=st.sampled_from(("plain", "de", "tabs")),

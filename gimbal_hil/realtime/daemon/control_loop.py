@@ -79,6 +79,8 @@ _DRIVE_OFF = (
     DriveState.SWITCHED_ON,
     DriveState.FAULT,
 )
+#: before the antenna has answered
+_CONNECTING = (HostState.WAITING, HostState.SYNCHRONISING)
 _STARTS = (CommandKind.START, CommandKind.START_WITH_IMAGE)
 #: commands without parameters that go straight to the host, as the log calls them
 _PLAIN: dict[CommandKind, tuple[str, Callable[[Host], None]]] = {
@@ -247,7 +249,7 @@ class ControlLoop:
             self._hear_of_client(command)
             return
         leaving = self._asked is not None or self._stopping is not Stopping.NOT
-        connecting = self._first_test is not None or self._host.state in (HostState.WAITING, HostState.SYNCHRONISING)
+        connecting = self._first_test is not None or self._host.state in _CONNECTING
         problem = "the daemon is stopping" if leaving else self._give(command)
         self._telemetry.reply(command.number, self._tick, time_ns, problem, not leaving and connecting)
 
@@ -258,7 +260,7 @@ class ControlLoop:
         if command.kind in (*_STARTS, CommandKind.ADJUST) and command.is_stale:
             return "the request is too old: the control process stood still meanwhile"
         if command.kind in _STARTS:
-            if self._first_test is not None:
+            if self._first_test is not None and host.state not in _CONNECTING:
                 spoilt = f"; the last try told nothing: {self._first_test.spoilt}" if self._first_test.spoilt else ""
                 return f"the antenna is being tried with a small torque before its first motion{spoilt}"
             if host.state not in (HostState.IDLE, HostState.ACTIVE):
