@@ -9,6 +9,8 @@ import pytest
 
 from firmware_protocol.links import FaultsConfig
 from gimbal_hil.loop.host import AxisCommand, HostState, Mode, Segment, Shape, program_of
+from gimbal_hil.loop.host.layout import BEHIND, EXTRA_PERIODS, G_SIZE
+from gimbal_hil.loop.host.reception import _note_periods
 from gimbal_hil.loop.settings import DaemonSettings, settings_from_document
 from gimbal_hil.pointing.arena import controller_settings
 from gimbal_hil.realtime.lockstep import FramePath
@@ -85,3 +87,25 @@ def test_an_antenna_that_is_periods_ahead_is_no_jump_of_the_joint(more: int) -> 
     asked = more * settings.step_s * rate_rad_s * STIFF["outer"][2] * STIFF["outer"][3]
     change = np.abs(np.diff(found.signals()["outer.torque"][2490:2560])).max()
     assert 0.8 * asked < change < 1.2 * asked
+
+
+@pytest.mark.parametrize(
+    ("more", "carried"),
+    [
+        ([2], [2]),
+        ([-3, 3], [0, 0]),
+        ([-1, 2, 1], [0, 1, 1]),
+        ([-1, -1, 2], [0, 0, 0]),
+        # what was not made up for at once is behind for good: the next one is ahead
+        ([-1, 0, 1], [0, 0, 1]),
+        ([4000, 1], [0, 1]),
+    ],
+)
+def test_an_antenna_that_makes_up_for_what_it_was_behind_is_not_ahead(more: list[int], carried: list[int]) -> None:
+    G, found = np.zeros(G_SIZE, dtype=np.int64), []
+    for one in more:
+        _note_periods(G, False, one)
+        found.append(int(G[EXTRA_PERIODS]))
+    assert found == carried
+    _note_periods(G, True, 5)
+    assert G[EXTRA_PERIODS] == 0 == G[BEHIND]

@@ -147,6 +147,8 @@ SENT_SEQUENCE, SENT_CONTROL, CONTROL_AGE, MAY_RESET, CLEAR_TRAVEL = range(15, 20
 PLAN_LENGTH, SEGMENT, SEGMENT_LABEL, SEGMENT_START, SEGMENT_RUNS = range(20, 25)
 #: ticks in a row: at rest while stopping, set-points not heard by the drive, each of the two end conditions
 REST_COUNT, LAG_COUNT, END_TICKS, EVENT_COUNT = 25, 26, 27, 29
+#: periods that the antenna was behind the host in its last sample
+BEHIND = 28
 #: id of the segment that this tick belongs to, -1 for none; whole ticks that were skipped just before it
 TICK_SEGMENT, SKIPPED = 30, 31
 #: who answers: bits of what was heard (IDENTITY_HEARD), protocol version, code of its name, serial number; why it may
@@ -157,7 +159,7 @@ IDENTITY, PEER_PROTOCOL, PEER_NAME, PEER_SERIAL, REFUSAL = range(32, 37)
 DEVICE_TICK, STATUS_SAME, STOP_KIND, SAMPLE_TICK = range(37, 41)
 #: PointingState, 1 while muted, ticks since the attitude was heard, ticks since the pointing error was known
 POINTING_STATE, MUTED, ATTITUDE_TICKS, ERROR_TICKS = range(41, 45)
-#: periods of the antenna between the last two full sets, beyond the ticks of the host
+#: periods of the antenna between the last two full sets, beyond the ticks of the host and what it was behind
 EXTRA_PERIODS = 45
 #: one block per axis: mode in force, ticks in a row that a check failed
 AXIS_G = 46

@@ -27,6 +27,7 @@ from gimbal_hil.loop.host.layout import (
     BASE_NOW,
     BASE_RATE,
     BASE_RATES,
+    BEHIND,
     BRAKE_STATE,
     DEADMAN_MARGIN,
     DRIVE_FAULT,
@@ -58,6 +59,8 @@ from gimbal_hil.loop.host.states import NOTHING, YES, EventCode, LinkStatus, num
 
 _LOST, _DEGRADED, _OK = number(LinkStatus.LOST), number(LinkStatus.DEGRADED), number(LinkStatus.OK)
 _LINK, _DRIVE, _BASE = number(EventCode.LINK), number(EventCode.DRIVE), number(EventCode.BASE)
+#: periods beyond which a count that leaps is none: more are not carried over either
+_MOST_AHEAD = 64
 #: age of what was never heard
 NEVER = 1 << 40
 
@@ -100,9 +103,9 @@ def receive(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> No
     G[EXTRA_PERIODS] = 0
     if fresh:
         passed = silence + 1 + G[SKIPPED]
-        begin, ticks = G[LINK_STATUS] == _LOST, _periods_since(mail, G, passed)
-        if not begin:
-            G[EXTRA_PERIODS] = max(0, ticks - passed)
+        begin, stands = G[LINK_STATUS] == _LOST, mail[m.DRIVE_STATUS_TICK] == G[SAMPLE_TICK]
+        ticks = _periods_since(mail, G, passed)
+        _note_periods(G, begin, (0 if stands else ticks) - passed)
         watch_sensors(H, G, C, begin, ticks)
         _compare_gyro_and_encoder(H, C, begin, ticks)
     G[LINK_STATUS] = status
@@ -118,6 +121,17 @@ def _periods_since(mail: np.ndarray, G: np.ndarray, ticks: int) -> int:
     periods = (mail[m.DRIVE_STATUS_TICK] - G[SAMPLE_TICK]) & m.DRIVE_STATUS_TICK_HIGH
     G[SAMPLE_TICK] = mail[m.DRIVE_STATUS_TICK]
     return int(periods) if periods > 0 else ticks
+
+
+@compiled
+def _note_periods(G: np.ndarray, begin: bool, more: int) -> None:
+    """Note how many periods the antenna is ahead by, `more` (or less) of them since the sample before than ticks of the
+    host. One that was behind just now only makes up for it, and a count that leaps says nothing.
+    """
+    ahead = 0 if begin or more > _MOST_AHEAD else more - G[BEHIND]
+    G[EXTRA_PERIODS] = max(0, ahead)
+    # in step again: what it is behind by now it stays behind
+    G[BEHIND] = 0 if more == 0 else max(0, -ahead)
 
 
 @compiled

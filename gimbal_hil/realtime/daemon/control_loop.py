@@ -260,7 +260,7 @@ class ControlLoop:
         if command.kind in (*_STARTS, CommandKind.ADJUST) and command.is_stale:
             return "the request is too old: the control process stood still meanwhile"
         if command.kind in _STARTS:
-            if self._first_test is not None and host.state not in _CONNECTING:
+            if self._first_test is not None and host.state not in (*_CONNECTING, HostState.FAULT):
                 spoilt = f"; the last try told nothing: {self._first_test.spoilt}" if self._first_test.spoilt else ""
                 return f"the antenna is being tried with a small torque before its first motion{spoilt}"
             if host.state not in (HostState.IDLE, HostState.ACTIVE):

@@ -147,6 +147,9 @@ def _said(verdict: Json) -> Callout:
     if verdict["verdict"] in ("no_discrepancy", "cannot_judge"):
         # the first sentence is the answer, sizes are for who wants to know
         answer, _, sizes = text.partition(". ")
+        if tone == "good" and "where known numbers move" in answer:
+            # true of other numbers than the model file has
+            tone = "neutral"
         return Callout(f"{answer.removesuffix('.')}.", tone, sizes)
     return Callout(text, tone)
 

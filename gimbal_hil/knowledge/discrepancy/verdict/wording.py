@@ -23,10 +23,12 @@ _NUMBERS = 3
 def told(result: Result, effects: Sequence[Json], gaps: Sequence[Gap], moved_numbers: Sequence[Json]) -> str:
     """What was found and how sure it is; `moved_numbers` are known ones, as in `recalibrated`."""
     kind = result.decision.kind
-    moved = _recalibration(result, gaps, moved_numbers)
+    left = _recalibration(result, gaps, moved_numbers)
     if kind is Kind.NO_DISCREPANCY:
         limit = _no_gap(gaps, result.request.policy.least_gap)
-        return f"The model explains this data to its noise{moved}. {_would_have_shown(result)}{limit}"
+        only = f" only {left}" if left else ""
+        return f"The model explains this data to its noise{only}. {_would_have_shown(result)}{limit}"
+    moved = f" ({left})" if left else ""
     if kind is Kind.CANNOT_JUDGE:
         least = result.request.policy.least_gap
         limits = ", ".join(f"{quantity(least * g.noise_floor, g.unit)} in the {_of_channel(g)}" for g in gaps)
@@ -88,11 +90,13 @@ def _recalibration(result: Result, gaps: Sequence[Gap], numbers: Sequence[Json])
     if gap.before - gap.after_recalibration <= 0.1 * gap.before or gap.before <= 1.1 * gap.noise_floor:
         return ""
     inside = [one for one in numbers if not one["named"]]
+    left = quantity(gap.after_recalibration, gap.unit)
+    if not inside:
+        return f"where its numbers and the zeros of the logs move a little; that leaves {left}"
     farthest = sorted(inside, key=lambda one: -abs(one["to"] - one["from"]) / one["uncertainty"])[:_NUMBERS]
     said = ", ".join(_moved(result.model, one) for one in farthest)
     rest = f" and {len(inside) - _NUMBERS} more" if len(inside) > _NUMBERS else ""
-    left = quantity(gap.after_recalibration, gap.unit)
-    return f" ({left} where known numbers move within their stated uncertainty: {said}{rest})"
+    return f"where known numbers move within their stated uncertainty: {said}{rest}; that leaves {left}"
 
 
 def _moved(model: AntennaModel, one: Json) -> str:
