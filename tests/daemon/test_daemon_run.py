@@ -19,6 +19,7 @@ from gimbal_hil.loop.host.states import Shape
 from gimbal_hil.loop.settings import FirstTestChoice, settings_from_document, shipped_settings
 from gimbal_hil.realtime.daemon.run import DaemonOptions, run_daemon
 from gimbal_hil.realtime.operator.client import RequestRefusedError
+from gimbal_hil.realtime.telemetry import Telemetry
 from gimbal_hil.surface.cli.app import run as run_command
 from tests.daemon.daemons import Json, RunningDaemon
 
@@ -54,6 +55,19 @@ def test_a_lockstep_run_ends_by_itself_and_replays_bit_for_bit(tmp_path: Path) -
     ]
     assert not [event for event in open_run(run).events if event.kind is EventKind.FAULT]
     assert run_command("replay", [str(run), "--json"]) == 0
+
+
+def test_a_recording_that_was_closed_before_anybody_asked_for_it_is_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def held_up(telemetry: Telemetry, exit_code: int, reason: str) -> None:
+        end(telemetry, exit_code, reason)
+        time.sleep(2.0)
+
+    end = Telemetry.end
+    monkeypatch.setattr(Telemetry, "end", held_up)
+    report = run_daemon(shipped_settings(), DaemonOptions(tmp_path / "run", duration_s=0.1, lockstep=True, quiet=True))
+    assert report.recorded and report.ending.exit_code == 0, report.ending
 
 
 def test_two_lockstep_runs_with_the_same_seed_have_the_same_content(tmp_path: Path) -> None:

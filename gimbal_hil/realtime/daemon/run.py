@@ -177,7 +177,8 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
         if not options.quiet:
             _say_where(options.run, service.page_url, settings, options.lockstep)
         granted = _run(parts, None if options.lockstep else control_core, options.lockstep, remote)
-        recorded = service.alive() and service.close()
+        # it ends at the last word, maybe before this process comes to ask for it
+        recorded = service.close()
         if not recorded:
             _note_in_log(options.run, engine.statistics.ticks, parts.ending)
             if parts.ending.exit_code != EXIT_SAFETY_STOP:
