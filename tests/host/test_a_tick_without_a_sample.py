@@ -58,6 +58,27 @@ def test_lost_ticks_do_not_leave_the_observer(ticks: int) -> None:
     assert np.abs(np.diff(torque[lost])).max() < 0.35 * settings.axes["outer"].limits.torque_nm
 
 
+def braking(cut: dict[str, int] | None) -> np.ndarray:
+    """Torques of the outer axis as it brakes from 0.25 rad/s."""
+    faults = FaultsConfig.model_validate({"cuts": [cut]} if cut else {})
+    path = FramePath(stiff(), shipped_model("realistic"), 1, faults)
+    path.connect()
+    path.host.command(SWING)
+    path.advance(2500)
+    path.host.stop()
+    torque = path.advance(60).signals()["outer.torque"]
+    assert path.host.state in (HostState.STOPPING, HostState.IDLE)
+    return np.asarray(torque)
+
+
+@pytest.mark.parametrize("ticks", [1, 3])
+def test_lost_ticks_are_no_jump_of_a_joint_that_brakes(ticks: int) -> None:
+    whole, cut = braking(None), braking({"start_tick": 2520, "ticks": ticks})
+    limit = stiff().axes["outer"].limits.torque_nm
+    assert not np.array_equal(whole, cut)
+    assert np.abs(np.diff(cut)).max() < np.abs(np.diff(whole)).max() + 0.1 * limit
+
+
 class Ahead:
     """An antenna whose clock is ahead of the host's: at one tick it goes on by some more than it was asked to."""
 

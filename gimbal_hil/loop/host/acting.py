@@ -15,6 +15,7 @@ from gimbal_hil.loop.control import (
     FORWARD,
     FRICTION_FORWARD,
     INERTIA,
+    LAST_FEEDBACK,
     LEARNS,
     LOOP_ERROR,
     LOOP_REFERENCE,
@@ -107,13 +108,20 @@ _MOMENTS = (AXIS_C + MOMENT_X, AXIS_C + AXIS_C_SIZE + MOMENT_X)
 @compiled
 def follow(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray) -> None:
     """Torques of both axes that follow the segment in force."""
-    # the antenna's clock is its own: what it measured may be more periods on than the host has counted
-    for _ in range(min(G[SKIPPED] + G[EXTRA_PERIODS], _MOST_CARRIED)):
-        carry_estimates(H, G, C)
+    _carry_over(H, G, C)
     set_references(H, G, C, plan)
     _feed_forward(wanted_mode(G, plan, 0), wanted_mode(G, plan, 1), H, G, C)
     for axis in range(AXES):
         _close(wanted_mode(G, plan, axis), H, G, C, axis)
+
+
+@compiled
+def _carry_over(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
+    """Carry the observers over what passed between the last two samples: ticks of the host, and periods of the antenna,
+    whose clock is its own.
+    """
+    for _ in range(min(G[SKIPPED] + G[EXTRA_PERIODS], _MOST_CARRIED)):
+        carry_estimates(H, G, C)
 
 
 @compiled
@@ -130,6 +138,7 @@ def slow_down(begins: bool, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> bool
     """Torques of both axes on the way to rest; answers whether they are at rest. As it `begins` every axis that is
     under control is taken into its rate loop, from the rate that it has.
     """
+    _carry_over(H, G, C)
     if begins:
         for axis in range(AXES):
             if G[AXIS_G + axis * AXIS_G_SIZE + MODE] != _OFF:
@@ -250,8 +259,8 @@ def _enter(mode: int, H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) ->
     enter_mode(position, rate, base_rate, H[h + FEEDFORWARD], H, h, C, c)
     if is_observed(H, h, C, c) and G[g + MODE] < _RATE <= mode:
         start_observing(position, rate, base_rate, C[STEP_S], H, h)
-    # what another mode asked for says nothing of what this one will
-    H[h + FORESEEN] = np.nan
+    # what another mode asked for and fed back says nothing of what this one will
+    H[h + FORESEEN] = H[h + LAST_FEEDBACK] = np.nan
     G[g + MODE] = mode
 
 

@@ -278,6 +278,7 @@ def _act(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray) -> None:
 def _stop(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
     """Brake to rest, then go idle; too long is a fault, and the drive stops by itself."""
     if G[LINK_STATUS] != _OK:
+        carry_estimates(H, G, C)
         return
     begins = G[REST_COUNT] == _NOT_BRAKING
     if begins:

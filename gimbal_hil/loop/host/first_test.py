@@ -272,7 +272,8 @@ def _measured(host: Host, samples: list[_Sample], axis: int, step_s: float) -> _
     columns = np.stack([torque * step_s / inertia, np.full(len(pairs), step_s)], axis=1)
     (motion, growth), *_ = np.linalg.lstsq(columns, rates[:, axis], rcond=None)
     (crossed, _), *_ = np.linalg.lstsq(columns, rates[:, 1 - axis], rcond=None)
-    sensors = float(moved[:, axis] @ turned / (turned @ turned))
+    # a rate that stands still says nothing of the encoder, and is told as a motion that is not there
+    sensors = float(moved[:, axis] @ turned / (turned @ turned)) if np.any(turned) else 0.0
     return _Measured(float(motion), float(crossed), float(abs(growth) * inertia), sensors)
 
 
