@@ -66,10 +66,19 @@ WORSE = "In one it is 2.00 times larger: base: table 3.1, case 5."
 
 @pytest.mark.parametrize(
     ("after", "words"),
-    [((160e-6, 5e-6), WORSE), ((float("nan"), float("nan")), "No scenario was run")],
+    [
+        ((160e-6, 5e-6), WORSE),
+        ((float("nan"), float("nan")), "No scenario was run"),
+        (
+            (float("nan"), 5e-6),
+            "2.0 times smaller in the only scenario that ended",
+        ),
+    ],
 )
 def test_a_row_that_got_worse_or_tripped_is_said(after: tuple[float, float], words: str) -> None:
-    assert words in gained_text(arena({"before": (80e-6, 10e-6), "tuned": after}))
+    found = arena({"before": (80e-6, 10e-6), "tuned": after})
+    assert words in gained_text(found)
+    assert 'class="callout warning"' in Page("a", "b", gained_blocks(found, TUNING, [])).render()
 
 
 def paid(improved: tuple[float, float]) -> Paid:

@@ -25,9 +25,10 @@ def gap_between(asked_ns: int, woke_ns: int, queued_ns: int) -> Stall | None:
 def watch(page: WitnessPage, parent: int) -> None:
     """Sleep and publish until the parent process is gone."""
     schedstat, ask_cores = _open_schedstat(), membarrier(GLOBAL_EXPEDITED)
-    queued_before = _queued_ns(schedstat)
+    queued_before, answered = _queued_ns(schedstat), time.monotonic_ns()
     while os.getppid() == parent:
-        asked = time.monotonic_ns() + PERIOD_NS
+        # from the last look on: time that is lost before it sleeps is a gap as well
+        asked = answered + PERIOD_NS
         time.sleep(PERIOD_NS / 1e9)
         woke = time.monotonic_ns()
         ask_cores()

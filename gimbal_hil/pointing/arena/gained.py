@@ -40,10 +40,8 @@ def gained_text(found: ArenaResult) -> str:
 
 def gained_blocks(found: ArenaResult, tuning: Tuning, cautions: Sequence[str]) -> list[Block]:
     """The report as sections of a page; `cautions` are numbers that nobody measured."""
-    ratios = times_smaller(_pairs(found))
-    worse = not ratios or min(ratios.values()) < 1.0
     blocks: list[Block] = [
-        Callout(_answer(found), "warning" if worse else "good"),
+        Callout(_answer(found), tone_of(_pairs(found))),
         Plot(_dots(found), "Line-of-sight error; the axis is logarithmic."),
         Table(("Scenario", "Before [urad]", "Tuned [urad]", "Times smaller"), _rows(found)),
         Heading("Loops"),
@@ -72,7 +70,18 @@ def _pairs(found: ArenaResult) -> dict[str, tuple[float, float]]:
     return {one.name: (_rms(found, one.name, _BEFORE), _rms(found, one.name, _AFTER)) for one in found.scenarios}
 
 
-def times_smaller(pairs: Mapping[str, tuple[float, float]]) -> dict[str, float]:
+def tone_of(pairs: Mapping[str, tuple[float, float]]) -> str:
+    """Good where errors, before and after by scenario, became smaller in all, and nothing trips now."""
+    ratios = _times_smaller(pairs)
+    return "warning" if not ratios or min(ratios.values()) < 1.0 or _tripped(pairs) else "good"
+
+
+def _tripped(pairs: Mapping[str, tuple[float, float]]) -> list[str]:
+    """Scenarios that a guard ends after tuning."""
+    return [name for name, (_, after) in pairs.items() if not math.isfinite(after)]
+
+
+def _times_smaller(pairs: Mapping[str, tuple[float, float]]) -> dict[str, float]:
     """Error before over error after by scenario, of those that neither of them tripped in."""
     ended = {name: pair for name, pair in pairs.items() if all(map(math.isfinite, pair))}
     return {name: before / after for name, (before, after) in ended.items()}
@@ -80,17 +89,18 @@ def times_smaller(pairs: Mapping[str, tuple[float, float]]) -> dict[str, float]:
 
 def answered(how: str, pairs: Mapping[str, tuple[float, float]], antenna: str) -> str:
     """How many times smaller errors became, which are before and after by scenario: median, and the worst of all."""
-    ratios = times_smaller(pairs)
+    ratios = _times_smaller(pairs)
     if not ratios:
         return "No scenario was run to its end both before and after: see the table."
     middle, (least, where) = statistics.median(ratios.values()), min((ratio, name) for name, ratio in ratios.items())
-    said = (
-        f"{how}, the line-of-sight error on the antenna {Path(antenna).stem} is {_times(middle)} times smaller in the "
-        f"median of {len(ratios)} scenarios"
-    )
+    among = f"the median of {len(ratios)} scenarios" if len(ratios) > 1 else f"the only scenario that ended, {where}"
+    error = f"the line-of-sight error on the antenna {Path(antenna).stem}"
+    said = f"{how}, {error} is {_times(middle)} times smaller in {among}"
+    stopped = _tripped(pairs)
+    tripped = f" A guard stops it in {', '.join(stopped)}." if stopped else ""
     if least < 1.0:
-        return f"{said}. In one it is {1.0 / least:.2f} times larger: {where}."
-    return f"{said}, and at least {least:.1f} times."
+        return f"{said}. In one it is {1.0 / least:.2f} times larger: {where}.{tripped}"
+    return f"{said}, and at least {least:.1f} times.{tripped}"
 
 
 def _answer(found: ArenaResult) -> str:

@@ -14,7 +14,7 @@ from gimbal_hil.loop.settings import DaemonSettings
 from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text
 from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant, run_arena
 from gimbal_hil.pointing.arena.error_dots import Dots, error_dots
-from gimbal_hil.pointing.arena.gained import answered, times_smaller
+from gimbal_hil.pointing.arena.gained import answered, tone_of
 from gimbal_hil.pointing.arena.scenarios import Scenario
 from sim_backend.model import AntennaModel, model_from_document
 
@@ -153,10 +153,8 @@ def paid_text(paid: Paid) -> str:
 
 def paid_blocks(paid: Paid) -> list[Block]:
     """The report as sections of a page."""
-    ratios = times_smaller(_pairs(paid))
-    worse = not ratios or min(ratios.values()) < 1.0
     blocks: list[Block] = [
-        Callout(_answer(paid), "warning" if worse else "good"),
+        Callout(_answer(paid), tone_of(_pairs(paid))),
         Plot(_dots(paid), "Line-of-sight error; the axis is logarithmic."),
         Heading("Pointing before and after"),
         Text(

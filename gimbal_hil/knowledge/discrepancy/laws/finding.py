@@ -180,8 +180,8 @@ def _best(found: Described, straight: Straight) -> Iterator[Tried]:
             speed = next(shape for shape in shapes if shape.over == (Over.SPEED,) and not shape.by_direction)
             same = tried(inquiry, straight, seen_of(inquiry, speed), COUNTS)
             first += [] if same is None else [same]
-        two = [both for one in first for both in _of_two(inquiry, straight, one, shapes)]
-        two = [one for one in two if one.leaves < (1.0 - _WORTH) * least]
+        both = _of_two(inquiry, straight, first, shapes)
+        two = [one for one in both if one.leaves < (1.0 - _WORTH) * least]
         if two:
             yield sharpened(inquiry, straight, _plainest([*closely, *two]))
     best = _plainest(closely)
@@ -200,15 +200,16 @@ def _plainest(found: list[Tried]) -> Tried:
     return min(alike, key=lambda one: (one.seen.shape.plainness, one.leaves))
 
 
-def _of_two(inquiry: Inquiry, straight: Straight, one: Tried, shapes: tuple[LawShape, ...]) -> Iterator[Tried]:
-    """What is over the variable of one and another: any surface with few knots, or the curve times another."""
-    one = sharpened(inquiry, straight, one)
-    for shape in crossed(one.seen.shape, shapes):
-        found = (
-            tried(inquiry, straight, seen_of(inquiry, shape), COUNTS),
-            multiplied(inquiry, straight, one, shape),
-        )
-        yield from (two for two in found if two is not None)
+def _of_two(inquiry: Inquiry, straight: Straight, first: list[Tried], shapes: tuple[LawShape, ...]) -> Iterator[Tried]:
+    """What is over the variable of one of the first and another: any surface with few knots, once for each pair, or
+    the curve times another.
+    """
+    met: set[LawShape] = set()
+    for one in (sharpened(inquiry, straight, each) for each in first):
+        for shape in crossed(one.seen.shape, shapes):
+            surface = None if shape in met else tried(inquiry, straight, seen_of(inquiry, shape), COUNTS)
+            met.add(shape)
+            yield from (two for two in (surface, multiplied(inquiry, straight, one, shape)) if two is not None)
 
 
 def _with(inquiry: Inquiry, found: Described, best: Tried, curve: Curve) -> tuple[Curve, Described]:

@@ -7,11 +7,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gimbal_hil.knowledge.discrepancy.judgement import Status
+from gimbal_hil.knowledge.discrepancy.verdict.corrected import SOURCE
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
-
-_SOURCE = "identified by gimbal-hil"
 
 
 @dataclass(frozen=True)
@@ -37,7 +36,7 @@ def attributed(before: AntennaModel, after: AntennaModel, verdict: Verdict | Non
             continue
         found = known.get((axis, path))
         if found is not None and found.half_width < found.known_within:
-            after = after.with_number(axis, path, value, _SOURCE, found.half_width)
+            after = after.with_number(axis, path, value, SOURCE, found.half_width)
         else:
             after = after.with_number(axis, path, value, quantity.source, before.uncertainty(axis, path))
     return after

@@ -10,7 +10,8 @@ from gimbal_hil.knowledge.discrepancy.twin import Twin, read_number
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
 
-_SOURCE = "identified by gimbal-hil discrepancy"
+#: of a number that a search moved
+SOURCE = "identified by gimbal-hil"
 
 
 def corrected_model(result: Result) -> AntennaModel | None:
@@ -77,5 +78,5 @@ def with_numbers(model: AntennaModel, numbers: dict[tuple[str, str], float]) -> 
 
     for (axis, path), value in sorted(numbers.items(), key=order):
         if value != model.number(axis, path):
-            model = model.with_number(axis, path, value, _SOURCE)
+            model = model.with_number(axis, path, value, SOURCE)
     return model
