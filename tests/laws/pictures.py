@@ -63,7 +63,7 @@ def panel(row: dict[str, Any], at: tuple[int, int]) -> str:
     over = told[1][0]
     words = [
         (8, 15, "start", 12, f"{row['kind'].replace('_', ' ')}, {row['axis']}"),
-        (8, 30, "start", 10, f"told: {said}; {max(row['before']):.3g} to {max(row['left']):.2f} floors"[:58]),
+        (8, 30, "start", 10, f"{said}; {max(row['before']):.3g} to {max(row['left']):.2f} floors"),
         (_LEFT - 4, _TOP + 8, "end", 9, f"{most:.2g}"),
         (_LEFT - 4, _HIGH - _BELOW, "end", 9, f"{least:.2g}"),
         (_LEFT, _HIGH - _BELOW + 12, "start", 9, f"{x[0]:.2g}"),
