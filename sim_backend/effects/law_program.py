@@ -51,6 +51,8 @@ class Operation(IntEnum):
     DIRECTION = 21
     #: time since the number's last multiple
     PHASE_TIME = 22
+    #: Bouc and Wen's: as play, but it gives way before its slack; the power of the shoulder lies on the stack
+    GIVES_WAY = 23
 
 
 class Given(IntEnum):
@@ -67,10 +69,13 @@ class Given(IntEnum):
 #: floats of an operation, deepest stack, and parameters of the instance: where the program begins in P, its length
 OPERATION_SIZE, STACK = 2, 12
 PROGRAM, OPERATIONS = range(2)
-_MEMORY = (int(Operation.HANGS_BACK), int(Operation.RECENT_SPEED), int(Operation.DIRECTION))
+_MEMORY = tuple(
+    int(one) for one in (Operation.HANGS_BACK, Operation.RECENT_SPEED, Operation.DIRECTION, Operation.GIVES_WAY)
+)
 (
     _NUMBER, _VARIABLE, _ADD, _SUBTRACT, _MULTIPLY, _DIVIDE, _POWER, _NEGATE, _ABS, _SIGN, _SINE, _COSINE, _EXPONENTIAL,
     _TANH, _SQUARE_ROOT, _LEAST, _MOST, _SPLINE, _SURFACE, _HANGS_BACK, _RECENT_SPEED, _DIRECTION, _PHASE_TIME,
+    _GIVES_WAY,
 ) = (int(operation) for operation in Operation)  # fmt: skip
 _POSITION, _RATE, _TORQUE, _TEMPERATURE, _TIME = (int(given) for given in Given)
 
@@ -170,6 +175,14 @@ def _of_two(code: int, x: float, y: float) -> float:
 
 
 @compiled
+def _dragged(back: float, step: float, slack: float, power: float) -> float:
+    """How far something hangs back after one more step: the nearer its slack, the more of the step it comes along."""
+    full = abs(back) / slack
+    comes = power_of_two(min(max(power * logarithm_of_two(full), -1000.0), 0.0)) if full > 0.0 else 0.0
+    return float(min(max(back + step - abs(step) * _sign(back) * comes, -slack), slack))
+
+
+@compiled
 def law_value(
     P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: float, torque: float, temperature: float
 ) -> float:
@@ -217,6 +230,10 @@ def law_value(
         elif code == _PHASE_TIME:
             top += 1
             X[top] = X[STEPS] * h - number * np.floor(X[STEPS] * h / number)
+        elif code == _GIVES_WAY:
+            X[memory] = _dragged(X[memory], v * h, number, X[top])
+            X[top] = X[memory]
+            memory += 1
         elif code >= _NEGATE and code <= _SQUARE_ROOT:
             X[top] = _of_one(code, X[top])
         else:

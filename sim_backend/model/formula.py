@@ -19,11 +19,22 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from firmware_protocol.documents import Strict, validated
+from firmware_protocol.documents import LARGEST_NUMBER, Strict, validated
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.json_object import Json
 from sim_backend.effects import STACK, Operation
-from sim_backend.model.laws import UNIT_OF, UNIT_OVER, ActsOn, Law, LawKind, LawProgram, Over, known_to, put_variable
+from sim_backend.model.laws import (
+    UNIT_OF,
+    UNIT_OVER,
+    ActsOn,
+    Law,
+    LawKind,
+    LawProgram,
+    Over,
+    hanging_back,
+    known_to,
+    put_variable,
+)
 
 #: powers of N, m, s, rad, degC; what has none is a plain number
 Dimension = tuple[int, int, int, int, int]
@@ -43,7 +54,7 @@ _ONE_ARGUMENT = {
     "sqrt": Operation.SQUARE_ROOT,
 }
 _TWO_ARGUMENTS = {"min": Operation.LEAST, "max": Operation.MOST}
-#: functions with memory, of one number that the entry states
+#: functions with memory, of one number that the entry states, the first of a second one as well
 _WITH_MEMORY = {
     "hangs_back": Operation.HANGS_BACK,
     "recent_speed": Operation.RECENT_SPEED,
@@ -282,22 +293,31 @@ class _Reader:
         return _of_one(name, arguments[0], self)
 
     def _memory(self, name: str) -> _Part:
-        kind, number = self._next()
-        if kind != "name" or number not in self.numbers:
-            raise self._refused(f"{name} of {number!r}", "one of the numbers: " + ", ".join(sorted(self.numbers)))
-        self._expected(")")
-        self.used.add(number)
-        value, unit = self.numbers[number]
         length = UNIT_OVER[Over.POSITION][self.is_linear]
-        needed = "s" if name == "recent_speed" else length
-        if dimension_of(unit, f"{self.where}: numbers.{number}") != dimension_of(needed, self.place):
-            raise BadInputError(f"{self.where}: numbers.{number}", f"unit {unit!r}", f"{needed}, for {name}")
-        if not value > 0.0:
-            raise BadInputError(f"{self.where}: numbers.{number}", f"{value:g}", f"above zero, for {name}")
+        value = self._number_of(name, "s" if name == "recent_speed" else length, LARGEST_NUMBER)
+        soft = self._number_of(name, "1", 1.0) if name == "hangs_back" and self._taken(",") is not None else 0.0
+        self._expected(")")
         if Over.RATE not in self.known:
             raise self._refused(f"{name} is not known here", "what acts on torque, friction or command")
         given = {"hangs_back": length, "recent_speed": f"{length}/s", "direction": "1"}[name]
-        return _Part(((_WITH_MEMORY[name], value),), dimension_of(given, self.place))
+        program = (
+            LawProgram().add(_WITH_MEMORY[name], value) if soft == 0.0 else hanging_back(LawProgram(), value, soft)
+        )
+        return _Part(tuple(program.operations), dimension_of(given, self.place))
+
+    def _number_of(self, function: str, needed: str, most: float) -> float:
+        """A number that a function with memory takes: by its name, above zero, in a unit."""
+        kind, name = self._next()
+        if kind != "name" or name not in self.numbers:
+            raise self._refused(f"{function} of {name!r}", "one of the numbers: " + ", ".join(sorted(self.numbers)))
+        self.used.add(name)
+        value, unit = self.numbers[name]
+        place = f"{self.where}: numbers.{name}"
+        if dimension_of(unit, place) != dimension_of(needed, self.place):
+            raise BadInputError(place, f"unit {unit!r}", f"{needed}, for {function}")
+        if not 0.0 < value <= most:
+            raise BadInputError(place, f"{value:g}", f"above zero, at most {most:g}, for {function}")
+        return value
 
     def _alike(self, part: _Part, other: _Part, what: str) -> Dimension:
         if part.dimension == other.dimension or other.constant == 0.0:

@@ -108,6 +108,7 @@ class CurveSection(Strict):
     #: half the travel over which the direction turns; 0 the sign of the rate
     direction_travel: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
     slack: Annotated[float, Field(gt=0.0, le=100.0)] | None = None
+    softness: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     memory_s: Annotated[float, Field(gt=0.0, le=1e5)] | None = None
     period_s: Annotated[float, Field(gt=0.0, le=1e6)] | None = None
     source: str | None = None
@@ -214,10 +215,11 @@ def put_variable(
     memory_s: float | None = None,
     period_s: float | None = None,
     where: str = "a law",
+    softness: float = 0.0,
 ) -> LawProgram:
     """A program that puts a variable on the stack; BadInputError for one with memory that does not say how much."""
     if over is Over.HANGS_BACK:
-        return program.add(Operation.HANGS_BACK, _stated(slack, "slack", over, where))
+        return hanging_back(program, _stated(slack, "slack", over, where), softness)
     if over is Over.RECENT_SPEED:
         return program.add(Operation.RECENT_SPEED, _stated(memory_s, "memory_s", over, where))
     if over is Over.TIME and period_s is not None:
@@ -227,8 +229,15 @@ def put_variable(
     return program if given is None else program.add(Operation.ABS)
 
 
+def hanging_back(program: LawProgram, slack: float, softness: float) -> LawProgram:
+    """A program that puts on the stack how far something hangs back: a softness of 0 is play, of 1 Dahl's."""
+    if softness <= 0.0:
+        return program.add(Operation.HANGS_BACK, slack)
+    return program.add(Operation.NUMBER, 1.0 / softness).add(Operation.GIVES_WAY, slack)
+
+
 def _put(program: LawProgram, over: Over, section: CurveSection, where: str) -> None:
-    put_variable(program, over, section.slack, section.memory_s, section.period_s, where)
+    put_variable(program, over, section.slack, section.memory_s, section.period_s, where, section.softness)
 
 
 def _stated(number: float | None, key: str, over: Over, where: str) -> float:
@@ -279,6 +288,7 @@ __all__ = [
     "LawProgram",
     "Over",
     "curve_of",
+    "hanging_back",
     "known_to",
     "put_variable",
     "spline_slopes",

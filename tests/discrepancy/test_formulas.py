@@ -31,6 +31,7 @@ SHAPES = (
     LawShape("axis", ActsOn.COMMAND, (Over.TORQUE,)),
     LawShape("axis", ActsOn.TORQUE, (Over.POSITION,), by_direction=True),
     LawShape("axis", ActsOn.TORQUE, (Over.HANGS_BACK,), slack=0.4),
+    LawShape("axis", ActsOn.TORQUE, (Over.HANGS_BACK,), slack=0.4, softness=0.5),
     LawShape("axis", ActsOn.FRICTION, (Over.POSITION, Over.SPEED)),
     LawShape("axis", ActsOn.TORQUE, (Over.POSITION, Over.RATE)),
 )

@@ -154,6 +154,84 @@ def test_a_product_of_two_curves_is_found_that_no_surface_of_few_knots_draws(mon
     assert product.knots[0][strongest] == pytest.approx(0.3, abs=0.03)
 
 
+def test_a_product_keeps_being_one_while_its_memory_is_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Friction that recent motion takes away: of three first memories none is right."""
+    h = 0.01
+    speed = np.repeat(np.random.default_rng(5).uniform(0.1, 2.0, 60), 100)
+
+    def recent(memory_s: float) -> np.ndarray:
+        found, now = np.zeros(len(speed)), 0.0
+        for k, each in enumerate(speed):
+            now += (each - now) * h / memory_s
+            found[k] = now
+        return found
+
+    def seen_of(inquiry: Inquiry, shape: LawShape) -> RangeSeen:
+        over = {Over.SPEED: speed, Over.RECENT_SPEED: recent(shape.memory_s or 1.0)}
+        return RangeSeen(shape, [tuple(over[one] for one in shape.over)], [])
+
+    def columns_on(inquiry: Inquiry, seen: RangeSeen, knots: Any, factor: Factor | None = None) -> np.ndarray:
+        parts = [basis(column, its) for column, its in zip(seen.columns[0], knots, strict=True)]
+        assert factor is not None
+        return np.asarray((parts[factor.which] @ factor.values)[:, None] * parts[1 - factor.which])
+
+    for name, fake in (("seen_of", seen_of), ("columns_on", columns_on), ("channel_of", lambda inquiry, axis: 0)):
+        monkeypatch.setattr(curve, name, fake)
+    inquiry = cast(Inquiry, SimpleNamespace(twin=SimpleNamespace(records=(0,))))
+    noise = np.random.default_rng(6).normal(size=len(speed))
+    fitted = straight(noise - 30.0 * speed * np.exp(-2.0 * recent(3.1)), np.zeros(len(speed)), trust=0.1)
+    shape = LawShape("axis", ActsOn.FRICTION, (Over.SPEED, Over.RECENT_SPEED), memory_s=1.5)
+    plain = (0.0, 1.0, 2.0)
+    first = curve._times_another(inquiry, fitted, seen_of(inquiry, shape), plain, Factor(0, np.array(plain)), 7)
+    found = curve.sharpened(inquiry, fitted, first)
+    assert first.leaves > 2.0 > 1.2 > found.leaves and found.factor is not None
+    assert found.seen.shape.memory_s == pytest.approx(3.1, rel=0.12)
+
+
+def test_what_hangs_back_gets_its_slack_and_its_softness(monkeypatch: pytest.MonkeyPatch) -> None:
+    t = 0.01 * np.arange(6000)
+    record = SimpleNamespace(motion=np.sin(0.9 * t) + 0.6 * np.sin(2.3 * t))
+
+    def hanging_back(slack: float, softness: float) -> np.ndarray:
+        found, back = np.zeros(len(t)), 0.0
+        for k, step in enumerate(np.diff(record.motion, prepend=0.0)):
+            comes = (abs(back) / slack) ** (1.0 / softness) if softness > 0.0 else 0.0
+            back = min(max(back + step - abs(step) * np.sign(back) * comes, -slack), slack)
+            found[k] = back
+        return found
+
+    def seen_of(inquiry: Inquiry, shape: LawShape) -> RangeSeen:
+        return RangeSeen(shape, [(hanging_back(shape.slack or 1.0, shape.softness),)], [])
+
+    monkeypatch.setattr(curve, "seen_of", seen_of)
+    monkeypatch.setattr(
+        curve, "columns_on", lambda inquiry, seen, knots, factor=None: basis(seen.columns[0][0], knots[0])
+    )
+    monkeypatch.setattr(curve, "channel_of", lambda inquiry, axis: 0)
+    inquiry = cast(Inquiry, SimpleNamespace(twin=SimpleNamespace(records=(0,))))
+    noise = np.random.default_rng(6).normal(size=len(t))
+    for softness in (0.0, 1.0):
+        fitted = straight(noise - 100.0 * hanging_back(0.2, softness), np.zeros(len(t)), trust=0.1)
+        shape = LawShape("axis", ActsOn.TORQUE, (Over.HANGS_BACK,), slack=0.35, softness=0.5)
+        first = curve.tried(inquiry, fitted, seen_of(inquiry, shape), curve.COUNTS)
+        assert first is not None
+        found = curve.sharpened(inquiry, fitted, first)
+        assert found.leaves < 1.3 and found.seen.shape.softness == pytest.approx(softness, abs=0.15)
+        assert found.seen.shape.slack == pytest.approx(0.2, rel=0.1)
+
+
+def test_what_differs_in_its_memory_alone_takes_one_place_among_those_looked_at_closely() -> None:
+    hanging = [LawShape("axis", ActsOn.TORQUE, (Over.HANGS_BACK,), slack=slack) for slack in (0.1, 0.2, 0.4)]
+    shapes = [*hanging, LawShape("axis", ActsOn.TORQUE, (Over.POSITION,))]
+    shapes.append(LawShape("axis", ActsOn.TORQUE, (Over.POSITION,), by_direction=True))
+    leaves = (3.0, 1.0, 2.0, 9.0, 8.0)
+    looked = [
+        cast(Any, SimpleNamespace(seen=SimpleNamespace(shape=shape), leaves=left))
+        for shape, left in zip(shapes, leaves, strict=True)
+    ]
+    assert [one.leaves for one in finding._of_each_kind(looked)] == [1.0, 8.0, 9.0]
+
+
 def test_where_a_law_does_not_stand_its_tests_the_next_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(finding, "Straight", SimpleNamespace(of=lambda *_: None))
     monkeypatch.setattr(finding, "_best", lambda found, straight: iter(("over two", "over one")))

@@ -70,6 +70,8 @@ def test_a_formula_is_what_it_says(form: str, expected: float) -> None:
         ("c * (position / a) ^ (position)", "power in rad"),
         ("c * " + "(" * 30 + "1" + ")" * 30, "too deep"),
         ("c*hangs_back(0.1)/a", "one of the numbers"),
+        ("c*hangs_back(a, a)/a", "for hangs_back"),
+        ("c*direction(a, a)", "no ')'"),
         ("c*recent_speed(a)/s", "for recent_speed"),
     ],
 )

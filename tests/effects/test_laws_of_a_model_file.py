@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from firmware_protocol.compiling import interpreted
 from firmware_protocol.errors import BadInputError
-from sim_backend.effects import Given, Operation, spline_value, states_of, surface_value
+from sim_backend.effects import Given, Operation, law_value, spline_value, states_of, surface_value
+from sim_backend.layout import STEP_S
 from sim_backend.model import AntennaModel, LawProgram, Over, model_from_document, put_variable
 from tests.effects.rigs import rotary, run, with_effect
 
@@ -80,6 +81,26 @@ def test_a_curve_over_what_hangs_back_is_a_hysteresis_of_that_slack() -> None:
     assert moved[-1] == pytest.approx(position, abs=2e-3)
 
 
+@pytest.mark.parametrize(
+    ("softness", "expected"),
+    [
+        (0.0, lambda q: np.minimum(q, 0.05)),
+        # Dahl's, and Bouc and Wen's with a square
+        (1.0, lambda q: 0.05 * (1.0 - np.exp(-q / 0.05))),
+        (0.5, lambda q: 0.05 * np.tanh(q / 0.05)),
+    ],
+)
+def test_what_hangs_back_softly_gives_way_before_its_slack(softness: float, expected: Any) -> None:
+    program = put_variable(LawProgram(), Over.HANGS_BACK, slack=0.05, softness=softness)
+    P, X = np.concatenate([np.zeros(16), program.floats]), np.zeros(64 + program.states)
+    P[STEP_S], P[8], P[9] = 1e-3, 16, len(program.operations)
+    back = np.array([interpreted(law_value)(P, 8, X, 64, 0.0, 0.1, 0.0, 20.0) for _ in range(2000)])
+    np.testing.assert_allclose(back, expected(1e-4 * np.arange(1, 2001)), atol=1e-4)
+    # the other way it springs back at first by more than it is moved
+    turned = back[-1] - interpreted(law_value)(P, 8, X, 64, 0.0, -0.1, 0.0, 20.0)
+    assert turned == pytest.approx(1e-4 if softness == 0.0 else 2e-4, rel=0.05)
+
+
 @given(
     st.lists(st.integers(-5000, 5000), min_size=3, max_size=12, unique=True),
     st.integers(0, 1000),
@@ -124,6 +145,7 @@ def test_a_law_survives_its_file(tmp_path: Any) -> None:
         ({"values": [0.0] * 4, "knots": [0.0, 0.0, 1.0, 2.0]}, "knots", "above the one before"),
         ({"values": [0.0] * 4, "over": "torque"}, "over", "position"),
         ({"values": [0.0] * 4, "over": "hangs_back"}, "slack", "above zero"),
+        ({"values": [0.0] * 4, "over": "hangs_back", "slack": 0.1, "softness": 1.5}, "softness", "1"),
         ({"values": [0.0] * 4, "unit": "rad"}, "unit", "N m"),
         ({"values": [0.0] * 4, "axis": "other"}, "axis", "axis"),
         ({"values": [0.0] * 4, "over": "colour"}, "over", "'position'"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -20,7 +20,7 @@ from gimbal_hil.knowledge.discrepancy.laws.knots import (
     knots_where_it_bends,
 )
 from gimbal_hil.knowledge.discrepancy.laws.linear import Straight
-from gimbal_hil.knowledge.discrepancy.laws.shape import LawShape
+from gimbal_hil.knowledge.discrepancy.laws.shape import WITH_MEMORY, LawShape
 from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Floats
 from sim_backend.model import MOST_ACROSS, UNIT_OF, LawKind
 
@@ -30,10 +30,12 @@ COUNTS, ACROSS = (3, 4, 5, 7, 9, 12, 16, 22, 30, 42, 60, 85), ((4, 4), (7, 5), (
 BESIDE = (4, 7, 12, 22)
 #: knots by which shapes are compared first: with fewer the search for their number does not end
 FEW = 12
+#: and those of a straight line
+_STRAIGHT = (2,)
 #: more knots must leave less by this share, or by so many squared floors
 _LESS, _FLOORS = 0.05, 0.1
 #: how often knots are put where it bends; factors by which a memory is first and last moved, fewest knots meanwhile
-_SHARPER, _FIRST_STEP, _LAST_STEP, _FEWEST = 2, 1.6, 1.1, 7
+_SHARPER, _FIRST_STEP, _LAST_STEP, _FEWEST = 2, 1.6, 1.02, 7
 #: rows that a value at a knot must have
 _ROWS_PER_VALUE = 8
 #: draws of the blocks for a band, and its ends
@@ -106,7 +108,11 @@ class Curve:
         else:
             found["values"] = _listed(self, self.values)
         found |= {"low": _listed(self, self.low), "high": _listed(self, self.high)}
-        found |= {key: value for key, value in (("slack", shape.slack), ("memory_s", shape.memory_s)) if value}
+        found |= {
+            key: value
+            for key, value in (("slack", shape.slack), ("softness", shape.softness), ("memory_s", shape.memory_s))
+            if value
+        }
         return found | {"source": SOURCE}
 
 
@@ -179,6 +185,12 @@ def sharpened(inquiry: Inquiry, straight: Straight, one: Tried) -> Tried:
     one = _remembered(inquiry, straight, one)
     if len(one.seen.shape.over) == 2:
         return one
+    if one.seen.shape.has_memory:
+        # memory and curve make up for each other: where a straight line will do, the memory is the law
+        line = tried(inquiry, straight, one.seen, _STRAIGHT)
+        line = None if line is None else _remembered(inquiry, straight, line)
+        if line is not None and line.leaves <= _enough(one.leaves):
+            return line
     for _ in range(_SHARPER):
         curve = curve_from(inquiry, straight, one)
         found = [one]
@@ -198,24 +210,42 @@ def sharpened(inquiry: Inquiry, straight: Straight, one: Tried) -> Tried:
 
 
 def _remembered(inquiry: Inquiry, straight: Straight, one: Tried) -> Tried:
-    """Slack or time that foretells best, by steps that become smaller."""
+    """Slack and softness, or time, that foretell best, by steps that become smaller."""
     step = _FIRST_STEP
     while one.seen.shape.has_memory and step > _LAST_STEP:
-        shape = one.seen.shape
         others = []
-        for factor in (step, 1.0 / step):
-            other = replace(
-                shape,
-                slack=None if shape.slack is None else shape.slack * factor,
-                memory_s=None if shape.memory_s is None else shape.memory_s * factor,
-            )
-            seen = seen_of(inquiry, other)
-            found = tried(inquiry, straight, seen, (max(_FEWEST, len(one.knots[0])),))
+        for shape in _around(one.seen.shape, step):
+            found = _the_same(inquiry, straight, one, seen_of(inquiry, shape))
             others += [] if found is None else [found]
         best = min((one, *others), key=lambda each: each.leaves)
         step = step if best is not one else float(np.sqrt(step))
         one = best
     return one
+
+
+def _the_same(inquiry: Inquiry, straight: Straight, one: Tried, seen: RangeSeen) -> Tried | None:
+    """A curve, surface or product once more, over another memory."""
+    if one.factor is None:
+        count = len(one.knots[0])
+        return tried(inquiry, straight, seen, _STRAIGHT if (count,) == _STRAIGHT else (max(_FEWEST, count),))
+    mine = next(k for k, over in enumerate(seen.shape.over) if over not in WITH_MEMORY)
+    given = one.factor if one.factor.which == mine else _turned(inquiry, straight, one)
+    return _times_another(inquiry, straight, seen, one.knots[mine], given, len(one.knots[1 - mine]))
+
+
+def _around(shape: LawShape, step: float) -> Iterator[LawShape]:
+    """Shapes with a memory that is so many times as long or short, or softer or harder by as much."""
+    for factor in (step, 1.0 / step):
+        yield replace(
+            shape,
+            slack=None if shape.slack is None else shape.slack * factor,
+            memory_s=None if shape.memory_s is None else shape.memory_s * factor,
+        )
+    if shape.slack is not None:
+        change = step - 1.0
+        for softness in (min(shape.softness + change, 1.0), max(shape.softness - change, 0.0)):
+            if softness != shape.softness:
+                yield replace(shape, softness=softness)
 
 
 def multiplied(inquiry: Inquiry, straight: Straight, one: Tried, shape: LawShape) -> Tried | None:
@@ -229,21 +259,32 @@ def multiplied(inquiry: Inquiry, straight: Straight, one: Tried, shape: LawShape
     low, high = seen.range_of(1 - mine, len(inquiry.twin.records))
     if high - low <= 1e-9 * max(abs(low), abs(high)):
         return None
-    found = []
-    for count in BESIDE:
-        other = knots_of(shape.over[1 - mine], low, high, count)
-        knots = (fine, other) if mine == 0 else (other, fine)
-        two = _product(inquiry, straight, seen, knots, given)
-        for which in (1 - mine, mine):
-            turned = Factor(
-                which, straight.solved(straight.normals(two.columns, channel_of(inquiry, shape.axis))).values
-            )
-            two = min(two, _product(inquiry, straight, seen, knots, turned), key=lambda each: each.leaves)
-            if two.factor is not turned:
-                break
-        found.append(two)
+    found = [_times_another(inquiry, straight, seen, fine, given, count) for count in BESIDE]
     least = min(two.leaves for two in found)
     return next(two for two in found if two.leaves <= _enough(least))
+
+
+def _times_another(
+    inquiry: Inquiry, straight: Straight, seen: RangeSeen, fine: tuple[float, ...], given: Factor, count: int
+) -> Tried:
+    """The curve that is given, at knots `fine`, times one of so many knots over the other variable."""
+    mine = given.which
+    other = knots_of(seen.shape.over[1 - mine], *seen.range_of(1 - mine, len(inquiry.twin.records)), count)
+    knots = (fine, other) if mine == 0 else (other, fine)
+    two = _product(inquiry, straight, seen, knots, given)
+    for _ in range(2):
+        turned = _product(inquiry, straight, seen, knots, _turned(inquiry, straight, two))
+        if turned.leaves >= two.leaves:
+            break
+        two = turned
+    return two
+
+
+def _turned(inquiry: Inquiry, straight: Straight, two: Tried) -> Factor:
+    """Of a product the curve that was not given, as the one that is."""
+    assert two.factor is not None
+    normals = straight.normals(two.columns, channel_of(inquiry, two.seen.shape.axis))
+    return Factor(1 - two.factor.which, straight.solved(normals).values)
 
 
 def _product(inquiry: Inquiry, straight: Straight, seen: RangeSeen, knots: Knots, factor: Factor) -> Tried:

@@ -168,8 +168,11 @@ def _best(found: Described, straight: Straight) -> Iterator[Tried]:
     inquiry.tell(f"looking for a law of {axis}")
     shapes = shapes_of(inquiry.twin.model, axis, inquiry.twin.records)
     looked = [one for shape in shapes if (one := tried(inquiry, straight, seen_of(inquiry, shape), (FEW,))) is not None]
-    looked = sorted(looked, key=lambda one: one.leaves)[:_CLOSE]
-    closely = [one for few in looked if (one := tried(inquiry, straight, few.seen, COUNTS)) is not None]
+    closely = [
+        sharpened(inquiry, straight, one)
+        for few in _of_each_kind(looked)[:_CLOSE]
+        if (one := tried(inquiry, straight, few.seen, COUNTS)) is not None
+    ]
     if not closely:
         return
     least = min(one.leaves for one in closely)
@@ -179,7 +182,7 @@ def _best(found: Described, straight: Straight) -> Iterator[Tried]:
             # the same as friction over speed, which others may have a part in
             speed = next(shape for shape in shapes if shape.over == (Over.SPEED,) and not shape.by_direction)
             same = tried(inquiry, straight, seen_of(inquiry, speed), COUNTS)
-            first += [] if same is None else [same]
+            first += [] if same is None else [sharpened(inquiry, straight, same)]
         both = _of_two(inquiry, straight, first, shapes)
         two = [one for one in both if one.leaves < (1.0 - _WORTH) * least]
         if two:
@@ -190,7 +193,15 @@ def _best(found: Described, straight: Straight) -> Iterator[Tried]:
         if line is not None and line.leaves <= _AS_GOOD * best.leaves + _FLOORS:
             # what a straight line says is an offset, a spring, a viscosity, a gain: no law
             return
-    yield sharpened(inquiry, straight, best)
+    yield best
+
+
+def _of_each_kind(looked: list[Tried]) -> list[Tried]:
+    """The best of shapes that differ in their memory alone, whose length is a number of theirs; best first."""
+    found: dict[LawShape, Tried] = {}
+    for one in sorted(looked, key=lambda one: one.leaves):
+        found.setdefault(one.seen.shape.without_numbers, one)
+    return list(found.values())
 
 
 def _plainest(found: list[Tried]) -> Tried:
@@ -205,7 +216,7 @@ def _of_two(inquiry: Inquiry, straight: Straight, first: list[Tried], shapes: tu
     the curve times another.
     """
     met: set[LawShape] = set()
-    for one in (sharpened(inquiry, straight, each) for each in first):
+    for one in first:
         for shape in crossed(one.seen.shape, shapes):
             surface = None if shape in met else tried(inquiry, straight, seen_of(inquiry, shape), COUNTS)
             met.add(shape)

@@ -53,7 +53,8 @@ class Formula:
         """The formula as a model file has it."""
         shape = self.shape
         direction = "direction(turn)" if shape.direction_travel > 0.0 else "sign(rate)"
-        memory = {Over.HANGS_BACK: "hangs_back(slack)", Over.RECENT_SPEED: "recent_speed(memory)"}
+        slack = "slack, softness" if shape.softness else "slack"
+        memory = {Over.HANGS_BACK: f"hangs_back({slack})", Over.RECENT_SPEED: "recent_speed(memory)"}
         variables = tuple(memory.get(over, over.value) for over in shape.over)
         names = renamed(self.written.terms)
         texts = [t.text(variables, direction, n) for t, n in zip(self.written.terms, names, strict=True)]
@@ -76,6 +77,7 @@ class Formula:
         for name, value, its in (
             ("turn", shape.direction_travel, length),
             ("slack", shape.slack, length),
+            ("softness", shape.softness, "1"),
             ("memory", shape.memory_s, "s"),
         ):
             if value and name in self.text:

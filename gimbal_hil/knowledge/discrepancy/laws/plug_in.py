@@ -74,8 +74,7 @@ def effect_source(formula: Formula, name: str, is_linear: bool) -> str | None:
     friction = shape.acts_on is ActsOn.FRICTION
     lines = []
     if shape.over[0] is Over.HANGS_BACK:
-        slack = f"P[o + {list(numbers).index('slack')}]"
-        lines.append(f"    X[s] = min(max(X[s] + v * h, -{slack}), {slack})")
+        lines += _hanging_back(list(numbers))
     lines += [f"    more = {law}"] if friction else []
     lines.append("    return " + (returned if friction else returned.format(law=law)))
     through = _THROUGH.get(shape.over[0], ("RATE",)) + (("DIRECTION",) if shape.by_direction else ())
@@ -96,6 +95,14 @@ def effect_source(formula: Formula, name: str, is_linear: bool) -> str | None:
     )
 
 
+def _hanging_back(names: list[str]) -> list[str]:
+    """Lines that keep in X[s] how far something hangs back."""
+    slack, step = f"P[o + {names.index('slack')}]", "v * h"
+    if "softness" in names:
+        step += f" - abs(v) * h * np.sign(X[s]) * (abs(X[s]) / {slack}) ** (1.0 / P[o + {names.index('softness')}])"
+    return [f"    X[s] = min(max(X[s] + {step}, -{slack}), {slack})"]
+
+
 def _parameter(key: str, number: dict[str, object], role: NumberRole | None) -> str:
     """Bounds are a decade beyond what was measured; what scales is neutral at nothing, the rest where it was found."""
     value = float(str(number["value"]))
@@ -107,7 +114,7 @@ def _parameter(key: str, number: dict[str, object], role: NumberRole | None) -> 
 
 def _python(text: str, names: list[str], torque: str) -> str:
     """A formula's text as Python over the law's arguments; its powers are whole, so both mean the same."""
-    text = re.sub(r"hangs_back\(\w+\)", "X[s]", text)
+    text = re.sub(r"hangs_back\([^)]*\)", "X[s]", text)
     text = re.sub(r"direction\(\w+\)", "np.sign(v)", text)
 
     def word(found: re.Match[str]) -> str:

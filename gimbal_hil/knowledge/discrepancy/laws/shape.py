@@ -14,6 +14,8 @@ from sim_backend.model import ActsOn, AntennaModel, LawProgram, Over, put_variab
 
 #: slacks that are tried, shares of the travel; times over which recent motion is remembered, s
 _SLACKS, _MEMORIES_S = (0.01, 0.05, 0.15, 0.4), (1.5, 5.0, 15.0)
+#: softness of what hangs back at which its slack is first tried
+_SOFT = 0.5
 #: a straight line over them is what the catalogue has numbers for: an offset or a level, and a spring, a viscosity, a
 #: gain or friction that grows with the load
 _NAMED_STRAIGHT = {
@@ -21,6 +23,8 @@ _NAMED_STRAIGHT = {
     ActsOn.COMMAND: (Over.TORQUE,),
     ActsOn.FRICTION: (Over.SPEED, Over.LOAD),
 }
+#: variables that remember
+WITH_MEMORY = (Over.HANGS_BACK, Over.RECENT_SPEED)
 #: where the program lies in the small arrays that carry a variable along a record
 _AT = 8
 
@@ -36,12 +40,19 @@ class LawShape:
     #: half the travel over which the direction turns, rad (m)
     direction_travel: float = 0.0
     slack: float | None = None
+    #: how early what hangs back comes along: 0 only at its slack, 1 from the start
+    softness: float = 0.0
     memory_s: float | None = None
 
     @property
     def has_memory(self) -> bool:
         """Whether it is written over what was a moment ago."""
         return self.slack is not None or self.memory_s is not None
+
+    @property
+    def without_numbers(self) -> LawShape:
+        """The same whatever it remembers."""
+        return replace(self, slack=None, softness=0.0, memory_s=None)
 
     @property
     def has_a_name_straight(self) -> bool:
@@ -75,7 +86,9 @@ def shapes_of(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> tu
     found.append(LawShape(axis, ActsOn.COMMAND, (Over.TORQUE,)))
     found += [LawShape(axis, ActsOn.FRICTION, (over,), direction_travel=turns) for over in friction]
     found += [LawShape(axis, ActsOn.TORQUE, (over,), True, turns) for over in (Over.POSITION, Over.SPEED)]
-    found += [LawShape(axis, ActsOn.TORQUE, (Over.HANGS_BACK,), slack=share * travel) for share in _SLACKS]
+    found += [
+        LawShape(axis, ActsOn.TORQUE, (Over.HANGS_BACK,), slack=share * travel, softness=_SOFT) for share in _SLACKS
+    ]
     found += [
         LawShape(axis, ActsOn.FRICTION, (Over.RECENT_SPEED,), direction_travel=turns, memory_s=s) for s in _MEMORIES_S
     ]
@@ -90,13 +103,16 @@ def crossed(first: LawShape, shapes: tuple[LawShape, ...]) -> Iterator[LawShape]
     turns, first = first.by_direction, replace(first, by_direction=False)
     for second in shapes:
         alike = first.acts_on is second.acts_on and first.over != second.over
-        pair: frozenset[object] = frozenset({(one.over, one.slack, one.memory_s) for one in (first, second)})
+        pair: frozenset[object] = frozenset(
+            {(one.over, one.slack, one.softness, one.memory_s) for one in (first, second)}
+        )
         apart = second.by_direction or (first.has_memory and second.has_memory)
         if alike and not apart and pair not in met and (not turns or second.over == (Over.RATE,)):
             met.add(pair)
             slack, memory_s = first.slack or second.slack, first.memory_s or second.memory_s
             both = tuple(sorted((*first.over, *second.over), key=list(Over).index))
-            yield replace(second, over=both, slack=slack, memory_s=memory_s)
+            softness = max(first.softness, second.softness)
+            yield replace(second, over=both, slack=slack, softness=softness, memory_s=memory_s)
 
 
 def variables(shape: LawShape, records: tuple[Record, ...], axis: int) -> list[tuple[Floats, ...]]:
@@ -110,7 +126,7 @@ def direction(shape: LawShape, record: Record, axis: int) -> Floats:
 
 
 def _along(record: Record, axis: int, shape: LawShape, over: Over) -> Floats:
-    return _run(put_variable(LawProgram(), over, shape.slack, shape.memory_s), record, axis)
+    return _run(put_variable(LawProgram(), over, shape.slack, shape.memory_s, softness=shape.softness), record, axis)
 
 
 def _run(program: LawProgram, record: Record, axis: int) -> Floats:

@@ -16,7 +16,8 @@ def laws_of(result: Result) -> tuple[dict[str, object], ...]:
 def _entry(result: Result, law: DescribedLaw) -> dict[str, object]:
     curve, linear = law.curve, result.model.is_linear
     entry = curve.entry(linear)
-    told = ("knots", "values", "forward", "backward", "low", "high", "direction_travel", "slack", "memory_s")
+    curves = ("knots", "values", "forward", "backward", "low", "high")
+    told = (*curves, "direction_travel", "slack", "softness", "memory_s")
     return {
         "axis": curve.shape.axis,
         "acts_on": curve.shape.acts_on.value,
