@@ -337,9 +337,9 @@ def _axis_numbers(section: Json, axis: str, file: ModelFile, where: str) -> dict
     refusals.settle()
     for number in AXIS_NUMBERS:
         if (axis, number.path) not in found:
-            found[axis, number.path] = Quantity(
-                value=number.default or 0.0, unit=number.unit_for(file.kind is ModelKind.LINEAR), source=DEFAULT_SOURCE
-            )
+            value = number.default_beside(lambda path: found[axis, path].value)
+            unit = number.unit_for(file.kind is ModelKind.LINEAR)
+            found[axis, number.path] = Quantity(value=value, unit=unit, source=DEFAULT_SOURCE)
     return found
 
 

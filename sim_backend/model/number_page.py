@@ -30,7 +30,9 @@ def number_page() -> str:
 
 def _row(number: Number) -> str:
     linear = "" if number.linear_unit == number.unit else number.linear_unit
-    default = "none" if number.default is None else f"{number.default:g}"
+    default = "none" if number.default is None else f"as `{number.default}`"
+    if isinstance(number.default, int | float):
+        default = f"{number.default:g}"
     cells = (f"`{number.path}`", number.unit or "1", linear, _range(number), default, number.text)
     return f"| {' | '.join(cells)} |\n"
 

@@ -6,6 +6,7 @@ One table serves the file's validation, the plant's arrays and the effects that 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -25,17 +26,21 @@ class SlotBase(IntEnum):
 
 @dataclass(frozen=True)
 class Number:
-    """One number of an axis; a default of None means that the file must give it."""
+    """One number of an axis; a default of None means that the file must give it, a path that it is as that number."""
 
     path: str
     unit: str
     linear_unit: str
     low: float
     high: float
-    default: float | None
+    default: float | str | None
     block: SlotBase
     slot: int
     text: str
+
+    def default_beside(self, number: Callable[[str], float]) -> float:
+        """The default on an axis that has this `number` at a path."""
+        return number(self.default) if isinstance(self.default, str) else self.default or 0.0
 
     def unit_for(self, linear: bool) -> str:
         """Unit on a rotary or linear axis."""
@@ -101,7 +106,7 @@ AXIS_NUMBERS: tuple[Number, ...] = (
     Number(
         "friction.coulomb", "N m", "N", 0.0, _BIG, 0.0, _A, layout.TC, "Tc, sliding torque without the Stribeck bump"
     ),
-    Number("friction.breakaway", "N m", "N", 0.0, _BIG, 0.0, _A, layout.TS, "Ts, torque at break-away"),
+    Number("friction.breakaway", "N m", "N", 0.0, _BIG, "friction.coulomb", _A, layout.TS, "Ts, torque at break-away"),
     Number("friction.stribeck_velocity", "rad/s", "m/s", 1e-9, 1e3, 0.01, _A, layout.VS, "v_s"),
     Number("friction.shape", "1", "1", 0.1, 20.0, 1.0, _A, layout.DELTA, "delta, exponent of the Stribeck curve"),
     Number(

@@ -63,3 +63,12 @@ def test_bristles_that_the_model_states_are_no_shift_whatever_numbers_are_wrong(
 def test_a_stated_time_and_a_log_that_is_too_short_are_not_asked(model: AntennaModel) -> None:
     assert shifted_torques(model, (log(4),), frozenset({"arm"})) == ()
     assert shifted_torques(model, (log(4, 0.3),)) == () and shifted_torques(model, ()) == ()
+
+
+def test_logs_that_contradict_one_another_say_nothing_of_the_torque_columns_time(model: AntennaModel) -> None:
+    assert shifted_torques(model, (log(4), log(4, 15.0)))
+    assert shifted_torques(model, (log(4), log(-4, 15.0))) == shifted_torques(model, (log(4), log(0, 15.0))) == ()
+
+
+def test_a_shift_of_more_than_was_sought_says_nothing_of_the_torque_columns_time(model: AntennaModel) -> None:
+    assert shifted_torques(model, (log(300),)) == ()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
-from gimbal_hil.knowledge.discrepancy.judgement import Status
+from gimbal_hil.knowledge.discrepancy.judgement import Kind, Status
 from gimbal_hil.knowledge.discrepancy.verdict import wording
 from gimbal_hil.knowledge.discrepancy.verdict.discrepancy_page import _said
+from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap
 
 
 def told(effect: str, axis: str, *rivals: tuple[str, str]) -> Any:
@@ -48,3 +49,23 @@ def test_the_page_says_each_cause_on_a_line_and_a_contradiction_once() -> None:
     text = " ".join([*lines, "They explain it."]) + wording.told_shift(against) + wording.told_against(against)
     said = _said({"verdict": "named", "effects": effects, "contradictions": [against], "text": text})
     assert (said.text, said.more) == ("\n".join(lines), "They explain it.")
+
+
+def test_what_half_or_twice_would_not_have_shown_is_not_said_to_show_from_less() -> None:
+    smallest = [SimpleNamespace(name=name, axis="EL", relative=0.4) for name in ("coulomb", "inertia")]
+    result: Any = SimpleNamespace(
+        model=SimpleNamespace(axes=("EL",)), smallest=smallest, hidden=(("coulomb", "EL"),), told=()
+    )
+    assert wording._would_have_shown(result) == "Smallest errors that would have shown: on EL inertia 40%."
+    assert "half or twice the right Coulomb friction on EL" in wording.told_hidden(result)
+
+
+def test_a_gap_that_passes_for_noise_is_told_where_logs_cannot_judge() -> None:
+    gap = SimpleNamespace(axis="EL", signal="torque", unit="N m", before=2.0, after=2.0, noise_floor=1.0)
+    gap.after_recalibration = 2.0
+    result: Any = SimpleNamespace(
+        model=SimpleNamespace(axes=("EL",)), smallest=(), hidden=(("coulomb", "EL"),), told=(),
+        request=SimpleNamespace(policy=SimpleNamespace(least_gap=1.5)),
+        decision=SimpleNamespace(kind=Kind.CANNOT_JUDGE),
+    )  # fmt: skip
+    assert "still has a gap of 2.0 noise floors" in wording.told(result, (), [cast(Gap, gap)], ())

@@ -63,3 +63,21 @@ def test_every_row_of_a_table_over_temperature_is_held_to_the_same(key: str, val
     document = copy.deepcopy(shipped_model("thesis-temperature").document)
     document["axes"]["outer"]["friction"]["over_temperature"][1][key] = value
     assert f"axes.outer.friction.over_temperature.1.{key}: {said}" in refused(document)
+
+
+@pytest.mark.parametrize("bristle", [{}, {"sigma0": 1e4}])
+def test_a_file_without_a_break_away_means_friction_of_one_level(bristle: dict[str, float]) -> None:
+    document = arm(**bristle)
+    del document["axes"]["arm"]["friction"]["breakaway"]
+    model = model_from_document(document, "arm.yaml")
+    assert model.number("arm", "friction.breakaway") == 2.0
+    assert model.with_number("arm", "friction.coulomb", 1.5).number("arm", "friction.breakaway") == 1.5
+
+
+def test_without_bristles_and_break_away_slow_joints_have_the_friction_of_fast_ones() -> None:
+    document = arm()
+    del document["axes"]["arm"]["friction"]["breakaway"]
+    model = model_from_document(document, "arm.yaml").with_number("arm", "body.inertia.zz", 1e6)
+    for rate in (0.01, 0.3):
+        motion = Plant(model.with_number("arm", "start.rate", rate)).run(np.zeros((10, 1)))
+        assert motion.friction[-1, 0] == pytest.approx(2.0, rel=1e-6)

@@ -153,7 +153,7 @@ def fit_rigid_axis(
         problems += [(problem, rate) for problem in parts.problems]
         fits += [fit_at(problem, own.shift_s, own.lag_s, 1 + (own.lag_s > 0.0)) for problem in parts.problems]
     shifted = [_replicates(fit, seed) for fit in fits]
-    timing = _timing(shifted, step, rule.time_stated)
+    timing = replace(_timing(shifted, step, rule.time_stated), sought_s=problems[0][0].most_s)
     if timing.used and timing.late.low > 0.0:
         shifted += [_replicates(fit, seed) for fit in _perhaps_lagged(problems[0][0], fits[0])]
     plain = problems[0][0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from gimbal_hil.knowledge.identification.estimate import DataWarning, Interval
@@ -24,6 +25,8 @@ class Timing:
     period_s: float
     used: bool
     stated: bool = False
+    #: it was sought up to so much either way
+    sought_s: float = math.inf
 
     @property
     def rows(self) -> float:
@@ -36,7 +39,11 @@ class Timing:
         return not self.late.covers(0.0)
 
     def excludes(self, rows: float) -> bool:
-        """Whether the data say that they are apart by more than so many rows."""
+        """Whether the data say that they are apart by more than so many rows; they do not where they allow for more
+        than was sought.
+        """
+        if self.late.low < -self.sought_s or self.late.high > self.sought_s:
+            return False
         return self.late.low > rows * self.period_s or self.late.high < -rows * self.period_s
 
     @property

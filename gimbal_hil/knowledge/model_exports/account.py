@@ -98,12 +98,14 @@ class Account:
 def items_of(model: AntennaModel) -> tuple[Item, ...]:
     """All numbers of a model that are not what they are by default, and all its effects."""
     given = model.file.axes
+
+    def is_default(axis: str, path: str, value: float) -> bool:
+        return value == NUMBER_AT[path].default_beside(lambda other: model.number(axis, other))
+
     numbers = (
         Item(axis, path, f"{quantity.value:.6g} {quantity.unit or NUMBER_AT[path].unit_for(model.is_linear)}")
         for (axis, path), quantity in model.numbers.items()
-        if axis in given
-        and quantity.value != (NUMBER_AT[path].default or 0.0)
-        and not path.startswith(_NOT_OF_THE_MODEL)
+        if axis in given and not is_default(axis, path, quantity.value) and not path.startswith(_NOT_OF_THE_MODEL)
     )
     effects = (
         Item(entry.axis, entry.effect.name, _numbers_of(entry)) for entry in model.effects if not entry.effect.is_number

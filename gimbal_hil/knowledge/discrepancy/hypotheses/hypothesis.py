@@ -258,7 +258,8 @@ def values_of(
         else:
             path = model.number_path(axis, parameter.path)
             nominal = model.number(axis, path)
-            stated = None if nominal == 0.0 and NUMBER_AT[path].default == 0.0 else nominal
+            usual = NUMBER_AT[path].default_beside(lambda other: model.number(axis, other))
+            stated = None if nominal == usual == 0.0 else nominal
             found[parameter.name] = read_number(model, P, axis, path), stated
     return _upright(effect, found)
 

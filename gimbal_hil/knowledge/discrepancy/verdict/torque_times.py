@@ -55,29 +55,36 @@ def _explained(result: Result) -> AntennaModel:
 def shifted_torques(
     model: AntennaModel, tables: Sequence[SignalsTable], stated: frozenset[str] = frozenset()
 ) -> tuple[DataWarning, ...]:
-    """A finding for each axis whose torque column the data exclude to be in time with its positions, from the longest
-    log; none for axes whose times were `stated` or whose torque an effect of the model changes on its way, or where a
-    log is too short to tell.
+    """A finding for each axis whose torque column every log excludes to be in time with its positions, on the same
+    side, as the longest one says it; none for axes whose times were `stated` or whose torque an effect of the model
+    changes on its way. A log that is too short to tell is not asked.
 
     What the model says of the motion is known, with its bristles, ripples and couplings: at reversals they would pass
     for a shift of many rows. What inertia, viscous and Coulomb friction and offset are off is asked beside the time.
+    What the model lacks may pass for a shift too, but for another one in another motion.
     """
-    if not tables:
-        return ()
-    table = max(tables, key=len)
-    table = table.rows(0, min(len(table), int(_ENOUGH_S / table.period_s)))
     own = {entry.axis for entry in model.effects if entry.effect.hook in (Hook.COMMAND, Hook.STRUCTURE)}
-    asked = [axis for axis in model.axes if axis not in stated | own and _moves(model, table, axis)]
-    if not asked:
-        return ()
-    needed = _needed(model, table)
     found = []
-    for axis in asked:
-        timing = _timing(table, axis, needed[:, model.axes.index(axis)])
-        if timing is not None and timing.excludes(_LEAST_ROWS):
+    for axis in (axis for axis in model.axes if axis not in stated | own):
+        timing = _timing_of_all(model, tables, axis)
+        if timing is not None:
             text = f"{timing.text}: {_ELSE[timing.late_s > 0.0]}, as {timing.stated_by(axis)}"
             found.append(DataWarning("torque_shifted", text, axis))
     return tuple(found)
+
+
+def _timing_of_all(model: AntennaModel, tables: Sequence[SignalsTable], axis: str) -> Timing | None:
+    """What the longest log says of an axis' torque, if all logs exclude that it is in time and say the same way."""
+    first: Timing | None = None
+    for table in sorted(tables, key=len, reverse=True):
+        part = table.rows(0, min(len(table), int(_ENOUGH_S / table.period_s)))
+        timing = _timing(model, part, axis) if _moves(model, part, axis) else None
+        if timing is None:
+            continue
+        first = first or timing
+        if not timing.excludes(_LEAST_ROWS) or (timing.late_s > 0.0) != (first.late_s > 0.0):
+            return None
+    return first
 
 
 def _moves(model: AntennaModel, table: SignalsTable, axis: str) -> bool:
@@ -93,9 +100,10 @@ def _needed(model: AntennaModel, table: SignalsTable) -> Floats:
     return np.column_stack([centred_torque(column) for column in held.T])
 
 
-def _timing(table: SignalsTable, axis: str, needed: Floats) -> Timing | None:
+def _timing(model: AntennaModel, table: SignalsTable, axis: str) -> Timing | None:
     try:
         rule = regression_rule(table.period_s)
+        needed = _needed(model, table)[:, model.axes.index(axis)]
         position, torque = table.position(axis), table.torque(axis)
         return fit_rigid_axis(table.time_s, position, torque, rule, known=-needed, smoothed=()).timing
     except BadInputError:

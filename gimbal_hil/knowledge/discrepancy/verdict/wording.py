@@ -34,7 +34,7 @@ def told(result: Result, effects: Sequence[Json], gaps: Sequence[Gap], moved_num
         limits = ", ".join(f"{quantity(least * g.noise_floor, g.unit)} in the {_of_channel(g)}" for g in gaps)
         return (
             f"There is no gap{moved}, but these logs cannot judge the model.{told_hidden(result)} "
-            f"{_would_have_shown(result)} Gaps below these sizes do not show: {limits}."
+            f"{_would_have_shown(result)} Gaps below these sizes do not show: {limits}.{_no_gap(gaps, least)}"
         )
     if kind is Kind.UNEXPLAINED:
         return _unexplained(result, gaps)
@@ -60,7 +60,8 @@ def _would_have_shown(result: Result) -> str:
     for axis in result.model.axes:
         sizes = {one.name: one.relative for one in result.smallest if one.axis == axis and one.relative is not None}
         asked = {effect.name: effect.asked_as for effect in CATALOGUE.values() if effect.asked_as}
-        # more than twice the number is among what would not have shown
+        # what would not have shown at half or twice the number is said apart
+        asked = {name: words for name, words in asked.items() if (name, axis) not in result.hidden}
         shown = [f"{words} {_share(sizes[name])}" for name, words in asked.items() if sizes.get(name, 2.0) <= 1.0]
         said.append(f"on {axis} {', '.join(shown)}" if shown else f"on {axis} none")
     return f"Smallest errors that would have shown: {'; '.join(said)}."
