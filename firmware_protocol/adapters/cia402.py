@@ -157,7 +157,7 @@ class Cia402Drive:
             if self.sample.updates:
                 self.sample = replace(self.sample, power=Power.FAULT, fault="started anew")
         else:
-            return kind in (HEARTBEAT, SYNC)
+            return kind == HEARTBEAT
         return True
 
     def _told(self, status: int, counts: int) -> None:

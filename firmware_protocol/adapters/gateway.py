@@ -33,12 +33,10 @@ from firmware_protocol.messages import (
     SetPoint,
 )
 from firmware_protocol.schema import (
-    BY_CAN_ID,
     POSITION_STEP_RAD,
     PROTOCOL_VERSION,
     RATE_STEP_RAD_S,
     TORQUE_STEP_NM,
-    Direction,
     name_code,
 )
 
@@ -297,7 +295,7 @@ class Gateway:
         if self._wanted is not None and self._obedience.is_done():
             (state, request), self._wanted = self._wanted, None
             self._enter(state, FaultCode.NONE, request)
-        elif self.state is _STATE.QUICK_STOP_ACTIVE and self._wanted is None and self._obedience.without_torque():
+        elif self.state is _STATE.QUICK_STOP_ACTIVE and self._obedience.without_torque():
             self._obedience.let_go()
             self._enter(_STATE.SWITCH_ON_DISABLED, FaultCode.NONE, _DETAIL_BY_ITSELF)
 
@@ -364,9 +362,6 @@ class Gateway:
 
     def _fresh(self, can_id: int, payload: bytes) -> AnyMessage | None:
         """A message of the host's with a good CRC and a counter that is not that of the last one."""
-        definition = BY_CAN_ID.get(can_id)
-        if definition is None or definition.direction is not Direction.HOST_TO_DEVICE:
-            return None
         message = unpack(can_id, payload)
         if isinstance(message, Rejection):
             return None

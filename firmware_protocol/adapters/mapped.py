@@ -69,7 +69,7 @@ class MappedDrive:
         self._silent: dict[str, int] = {}
         self._told_power, self._told_fault = Power.OFF, ""
         self._invalid, self._lost = frozenset[str](), frozenset[str]()
-        self._periods = 0
+        self._periods = self._words = 0
         self.bad_frames = 0
         told = self._map.messages.get(self._map.power.message, MessageRef()).rate_hz
         self.answers_s = _ANSWERS_S if told is None else _LOST_PERIODS / told
@@ -150,11 +150,10 @@ class MappedDrive:
             if ref.message == message.name and ref.signal in values:
                 changes |= self._taken(name, ref, float(values[ref.signal]))
         power = self._map.power
-        words = self.sample.power_updates or 0
         if power.message == message.name and power.signal in values:
-            words += 1
+            self._words += 1
             self._told_power, self._told_fault = self._word(float(values[power.signal]))
-        self.sample = replace(self.sample, **changes, power_updates=words)
+        self.sample = replace(self.sample, **changes, power_updates=self._words)
         self._judge()
         return True
 
@@ -166,7 +165,7 @@ class MappedDrive:
             return fresh
         self._invalid -= {name}
         found = ref.si(value)
-        if name == "position" and ref.wrap_rad is not None and self._is_placed:
+        if ref.wrap_rad is not None and self._is_placed:
             # the shorter way round, from the turn that it is in
             found = self.sample.position_rad + math.remainder(found - self.sample.position_rad, ref.wrap_rad)
         self._is_placed = self._is_placed or name == "position"
@@ -202,7 +201,7 @@ class MappedDrive:
         reasons += [f"{name} has no valid value" for name in sorted(self._invalid)]
         reasons += [f"{name} stays away" for name in sorted(self._lost)]
         power = self._told_power
-        if reasons and not power.is_faulty:
+        if reasons:
             power = Power.REACTING if power.is_powered else Power.FAULT
         self.sample = replace(self.sample, power=power, fault=", ".join(reasons))
 

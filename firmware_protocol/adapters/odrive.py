@@ -49,7 +49,7 @@ class OdriveDrive:
         if section.id > _LAST_NODE:
             raise BadInputError("link.drives: id", f"{section.id} is no node_id", f"0 to {_LAST_NODE}")
         self._id, self.answers_s = section.id, _ANSWERS_S
-        self._asked = 0
+        self._asked = self._words = 0
         self._told_power, self._error, self._invalid = Power.OFF, "", ""
         self.spoken = (
             Spoken(
@@ -113,7 +113,8 @@ class OdriveDrive:
             errors, state = struct.unpack_from("<IB", data)
             self._told_power = _POWERS.get(state, Power.STOPPING)
             self._error = f"ODrive error 0x{errors:08X}" if errors else ""
-            self._judge(words=1)
+            self._words += 1
+            self._judge()
             return True
         if command not in (ENCODER_ESTIMATES, TORQUES, TEMPERATURE, BUS_VOLTAGE) or len(data) < 8:
             return False
@@ -135,14 +136,13 @@ class OdriveDrive:
             self.sample = replace(self.sample, supply_v=first)
         return True
 
-    def _judge(self, words: int = 0) -> None:
+    def _judge(self) -> None:
         """Power from the last heartbeat and from whether its numbers were any."""
         fault = self._error or self._invalid
         power = self._told_power
         if fault:
             power = Power.REACTING if power.is_powered else Power.FAULT
-        told = (self.sample.power_updates or 0) + words
-        self.sample = replace(self.sample, power=power, fault=fault, power_updates=told)
+        self.sample = replace(self.sample, power=power, fault=fault, power_updates=self._words)
 
     def _state(self, state: int) -> CanFrame:
         return self._frame(SET_AXIS_STATE, struct.pack("<I", state))

@@ -54,7 +54,8 @@ GUARDS: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
 TESTS = (
     *("adapters/test_mapped.py", "adapters/test_drives.py", "adapters/test_stops_by_cause.py"),
     *("adapters/test_obedience.py", "adapters/test_drives_in_the_loop.py", "adapters/test_answering.py"),
-    *("adapters/test_doctor_of_drives.py", "daemon/test_leases.py"),
+    *("adapters/test_gateway.py", "adapters/test_what_drives_say.py", "adapters/test_doctor_of_drives.py"),
+    "daemon/test_leases.py",
 )
 
 

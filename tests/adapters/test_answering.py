@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from firmware_protocol.adapters import Power
 from firmware_protocol.adapters.answering import Answering
 from firmware_protocol.adapters.gateway import Gateway
 from firmware_protocol.links import DriveSection
-from tests.adapters.test_obedience import Told
+from tests.adapters.told import Told
 
 
 def accepted(arrivals: list[int | None], looks: int) -> list[tuple[int, int]]:
@@ -54,6 +54,23 @@ def test_a_backlog_is_passed_over_until_it_has_come_whole() -> None:
     taken = accepted(list(arrivals), 40)
     assert all(look == question for look, question in taken)
     assert [look for look, _ in taken if 20 <= look < 28] == [25, 26, 27]
+
+
+def test_a_backlog_that_comes_in_parts_is_passed_over_to_its_end() -> None:
+    arrivals = [*range(20), 24, 24, 25, 25, 26, 26, *range(26, 40)]
+    taken = accepted(list(arrivals), 40)
+    assert all(look == question for look, question in taken)
+    assert [look for look, _ in taken if 20 <= look < 28] == [26, 27]
+
+
+@example([0] * 6 + [2] * 6)
+@given(st.lists(st.integers(0, 3), max_size=60))
+def test_what_never_comes_whole_is_taken_by_its_word_after_two_refusals(counts: list[int]) -> None:
+    answering, refused = Answering(), 0
+    for came in counts:
+        taken = answering.is_of_this_tick([came, came])
+        refused = 0 if taken else refused + (came > 0)
+        assert refused <= 2 and not (taken and came == 0)
 
 
 def test_a_set_that_may_answer_an_earlier_question_is_not_told() -> None:

@@ -50,8 +50,8 @@ def _late(ticks: int) -> Told:
 
 
 _INERTIA = (
-    "an axis of twice or half the inertia moves so, and nobody who has these numbers only knows better: the test lets "
-    "pass what is within a factor of three of `expectation`"
+    "an axis of twice or half the inertia moves so, and only who knows that knows better: unless `inertia_within` says "
+    "so, the test lets pass what is within a factor of three of `expectation`"
 )
 FAULTS = (
     Fault("none", _scaled(1.0, 1.0), "a sound drive"),
@@ -98,9 +98,9 @@ def told_wrong(rig: AdapterRig, place: int, told: Told) -> None:
     gateway._advance, gateway.silent = wrong(gateway._advance, False), wrong(gateway.silent, False)
 
 
-def first_test(rig: AdapterRig, ticks: int = 1000) -> FirstTest:
+def first_test(rig: AdapterRig, ticks: int = 1000, known_within: float = 3.0) -> FirstTest:
     """The test as the daemon makes it, until it has told."""
-    test = FirstTest(rig.host, 1e-3, has_gyro=False)
+    test = FirstTest(rig.host, 1e-3, has_gyro=False, known_within=(known_within,) * 2)
     for _ in range(ticks):
         test.before_tick()
         rig.run(1)
@@ -128,3 +128,23 @@ def test_feedback_that_is_wrong_from_the_start_does_not_come_through_the_first_t
     wanted = FirstTestState.PASSED if fault.reason else FirstTestState.FAILED
     assert (test.state, rig.host.state is HostState.FAULT) == (wanted, not fault.reason), test.problem
     assert gone_rad < _MOST_RAD
+
+
+@pytest.mark.parametrize("fault", [one for one in FAULTS if one.reason], ids=lambda fault: fault.name)
+@pytest.mark.parametrize("which", heavy_but(_SOON, itertools.product(MAKES, DRIVES)), ids="-".join)
+def test_half_or_twice_of_a_known_inertia_does_not_come_through_either(
+    which: tuple[str, str], fault: Fault, tmp_path: Path
+) -> None:
+    make, drive = which
+    rig = rig_of(make, tmp_path)
+    try:
+        start = rig.joints.copy()
+        told_wrong(rig, DRIVES.index(drive), fault.told)
+        test = first_test(rig, known_within=1.3)
+        rig.run(300)
+        gone_rad = float(np.abs(rig.joints - start).max())
+    finally:
+        rig.close()
+    is_sound = fault is FAULTS[0]
+    assert (test.state is FirstTestState.PASSED, rig.host.state is HostState.FAULT) == (is_sound, not is_sound)
+    assert ("known within a factor of 1.3" in test.problem) is not is_sound and gone_rad < _MOST_RAD

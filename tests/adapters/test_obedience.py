@@ -11,17 +11,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_protocol.adapters import AxisSample, CanFrame, Power
+from firmware_protocol.adapters import CanFrame, Power
 from firmware_protocol.adapters.cia402 import state_of
-from firmware_protocol.adapters.gateway import Gateway
 from firmware_protocol.adapters.obedience import Obedience, Order
-from firmware_protocol.codec import pack, record, schema_of
-from firmware_protocol.enumerations import BrakeCommand, DriveRequest, DriveState, FaultCode, StopReaction
-from firmware_protocol.links import DriveSection
-from firmware_protocol.messages import AnyMessage, DriveControl, SetPoint
+from firmware_protocol.enumerations import DriveState, FaultCode
 from gimbal_hil.loop.host import HostState
 from sim_backend.drives import SimulatedCia402
 from tests.adapters.rig import AdapterRig
+from tests.adapters.told import Told
 from tests.parts import heavy_but
 
 QUICK_STOP, DISABLE = 0x02, 0x00
@@ -196,50 +193,6 @@ def test_a_drive_whose_set_up_loses_a_frame_is_set_up_all_the_same(
     np.testing.assert_allclose(rig.joints, (0.1, 0.1), atol=2e-3)
 
 
-class Told:
-    """A drive of which a test says what it says."""
-
-    is_asked = True
-    gives = frozenset()  # type: ignore[var-annotated]
-    answers_s = 0.005
-
-    def __init__(self) -> None:
-        self.sample = AxisSample()
-
-    def begin(self) -> list[CanFrame]:
-        return []
-
-    def ask(self) -> list[CanFrame]:
-        return [CanFrame(0, b"fed")]
-
-    def enable(self) -> list[CanFrame]:
-        return []
-
-    def command(self, torque_nm: float) -> list[CanFrame]:
-        return []
-
-    def release(self) -> list[CanFrame]:
-        return [CanFrame(2, b"release")]
-
-    def stop(self) -> list[CanFrame]:
-        return [CanFrame(1, b"stop")]
-
-    def starve(self) -> list[CanFrame]:
-        return [CanFrame(3, b"starved")]
-
-    def leave(self) -> list[CanFrame]:
-        return [CanFrame(4, b"left")]
-
-    def reset(self) -> list[CanFrame]:
-        return []
-
-    def take(self, frame: CanFrame) -> bool:
-        return False
-
-    def says(self, power: Power) -> None:
-        self.sample = AxisSample(updates=self.sample.updates + 1, power=power)
-
-
 @given(
     words=st.lists(st.one_of(st.none(), st.sampled_from(Power)), min_size=1, max_size=80)
     | st.lists(st.sampled_from((None, Power.ON)), min_size=30, max_size=80),
@@ -340,50 +293,3 @@ TRANSITIONS = {
 
 def test_the_states_of_the_simulated_drive_are_those_of_the_statusword() -> None:
     assert all(state_of(state | 0x1200) == state for state in STATES)
-
-
-class Spoken:
-    """A gateway of two told drives that is spoken to frame by frame."""
-
-    def __init__(self) -> None:
-        self.drives = Told(), Told()
-        section = DriveSection(id=1, torque_nm=5.0)
-        self.gateway = Gateway(self.drives, (section, section), "two")
-        self._count = 0
-
-    def tick(self, request: DriveRequest | None, powers: tuple[Power, Power], quick_stop: bool = False) -> set[bytes]:
-        """What the drives are sent after they have said this, in a tick with a set-point and perhaps a request."""
-        for drive, power in zip(self.drives, powers, strict=True):
-            drive.says(power)
-        self._count += 1
-        messages: list[AnyMessage] = [SetPoint(0.0, 0.0, self._count & 1023, True, True)]
-        if request is not None:
-            brakes = BrakeCommand.AUTOMATIC, BrakeCommand.AUTOMATIC
-            stop = StopReaction.DECELERATE_AND_HOLD
-            messages.append(DriveControl(request, False, quick_stop, False, stop, *brakes, False))
-        block = b"".join(record(schema_of(one).can_id, pack(one, self._count & 15)) for one in messages)
-        return {frame.data for frame in self.gateway.hear(block)}
-
-    def enabled(self) -> Spoken:
-        off, on = (Power.OFF, Power.OFF), (Power.ON, Power.ON)
-        for request in (DriveRequest.NONE, DriveRequest.SHUTDOWN, DriveRequest.SWITCH_ON):
-            for _ in range(3):
-                self.tick(request, off)
-        for _ in range(3):
-            self.tick(DriveRequest.ENABLE_OPERATION, on)
-        assert self.gateway.state is DriveState.OPERATION_ENABLED
-        return self
-
-
-@pytest.mark.parametrize("quick_stop", [False, True])
-@pytest.mark.parametrize("request_", [None, *DriveRequest])
-def test_a_drive_s_own_stop_after_a_fault_goes_on_until_the_host_wants_none(
-    request_: DriveRequest | None, quick_stop: bool
-) -> None:
-    spoken, powers = Spoken().enabled(), (Power.ON, Power.FAULT)
-    assert b"stop" in spoken.tick(None, powers)
-    # a host that has not yet heard of the fault asks for operation, and one that has may ask for a quick stop
-    wants_none = not quick_stop and request_ in (DriveRequest.NONE, DriveRequest.SHUTDOWN, DriveRequest.DISABLE_VOLTAGE)
-    sent = spoken.tick(request_, powers, quick_stop)
-    assert (b"release" in sent, b"stop" in sent) == (wants_none, not wants_none)
-    assert spoken.gateway.state is DriveState.FAULT_REACTION_ACTIVE

@@ -21,7 +21,8 @@ from tests.adapters.fault_rows import Seen
 from tests.adapters.faults import spoilt
 from tests.adapters.rig import AdapterRig
 from tests.adapters.servo import MAP, mapped_files
-from tests.adapters.test_obedience import Told, drives
+from tests.adapters.test_obedience import drives
+from tests.adapters.told import Shorting, Told
 
 ZERO_VELOCITY, SHORTED, STOPPED = 12, 15, 0
 SWITCH_ON_DISABLED, QUICK_STOP_ACTIVE = 0x40, 0x07
@@ -128,13 +129,6 @@ def test_a_drive_of_a_map_is_told_its_word_for_a_short_and_off_without_one(tmp_p
 def run_word(frame: CanFrame) -> int:
     """What a command of the servo's says in `Run`."""
     return frame.data[3] & 3
-
-
-class Shorting(Told):
-    """A drive that can be told to short its winding."""
-
-    def short(self) -> list[CanFrame]:
-        return [CanFrame(4, b"short")]
 
 
 @given(

@@ -74,8 +74,10 @@ class Clients:
         self._count += 1
         words = words_of(command, self.daemon.run, self._folder / f"out_{self._count}")
         keyboard, screen = pty.openpty()
-        # a session and a terminal of its own, with the process id of the client itself
-        process = subprocess.Popen(["setsid", "--ctty", *words], stdin=screen, stdout=screen, stderr=screen)
+        # a session and a terminal of its own, with the process id of the client itself; whoever runs the tests in the
+        # background or under nohup would hand on that SIGINT and SIGHUP are to be ignored
+        prefix = ["env", "--default-signal=INT,HUP,TERM", "setsid", "--ctty"]
+        process = subprocess.Popen([*prefix, *words], stdin=screen, stdout=screen, stderr=screen)
         os.close(screen)
         try:
             yield process, keyboard

@@ -229,3 +229,12 @@ def test_a_service_counts_as_silent_only_from_the_first_look_on() -> None:
     assert not heartbeat.missed(Instant(60_000_000_000))
     assert not heartbeat.missed(Instant(64_000_000_000))
     assert heartbeat.missed(Instant(65_000_000_000))
+
+
+def test_a_lease_ends_once_and_keeps_its_reason() -> None:
+    lease = Lease(1, 3, 1_000_000)
+    lease.pass_tick()
+    lease.client_gone()
+    for _ in range(5):
+        lease.pass_tick()
+    assert lease.ended == "closed its connection"

@@ -18,12 +18,13 @@ def tried(
     settings: DaemonSettings | None = None,
     model: AntennaModel | None = None,
     spoilt: tuple[int, str, Spoilt] | None = None,
+    known_within: float = 3.0,
 ) -> tuple[Rig, FirstTest, np.ndarray]:
     """A rig on which the test has been made, and the motion meanwhile."""
     rig = Rig(settings or shipped_settings(), model or shipped_model(), Transport.SERIAL, seed=5)
     if spoilt is not None:
         rig.device.spoil(*spoilt)
-    test, motion = FirstTest(rig.host, 1e-3), []
+    test, motion = FirstTest(rig.host, 1e-3, known_within=(known_within,) * 2), []
     for _ in range(1500):
         test.before_tick()
         motion.append(rig.advance(1))
@@ -99,6 +100,26 @@ def test_motion_of_half_or_twice_what_is_expected_passes_and_asks_for_a_look(cou
     assert "check gear, encoder counts and `expectation` of outer: turn it by hand" in test.said
     _, healthy, _ = tried()
     assert "expected: outer 93%, inner 82%" in healthy.said and "check" not in healthy.said
+
+
+@pytest.mark.parametrize("counts", [0.5, 2.0])
+def test_motion_of_half_or_twice_fails_where_the_inertia_is_known(counts: float) -> None:
+    expected = shipped_settings().axes["outer"].expectation
+    assert expected is not None
+    settings = changed(inertia_kg_m2=expected.inertia_kg_m2 * counts)
+    _, test, motion = tried(settings, known_within=1.3)
+    assert test.state is FirstTestState.FAILED and np.abs(motion[:, :2]).max() < 0.02
+    assert "outer moved" in test.problem and "known within a factor of 1.3" in test.problem
+
+
+@pytest.mark.parametrize("stated", [1.0 / 1.3, 1.0, 1.3])
+@pytest.mark.parametrize("antenna", HEALTHY)
+def test_a_healthy_antenna_whose_inertia_is_known_so_well_passes(antenna: str, stated: float) -> None:
+    document = shipped_settings().model_dump(mode="json", by_alias=True)
+    for axis in AXES:
+        document["axes"][axis]["expectation"]["inertia_kg_m2"] *= stated
+    _, test, _ = tried(settings_from_document(document, "test"), HEALTHY[antenna], known_within=1.3)
+    assert test.state is FirstTestState.PASSED, test.problem
 
 
 def test_an_antenna_of_which_nothing_is_expected_is_not_tried() -> None:

@@ -7,6 +7,7 @@ the other one's weight is held. The size follows from the configured `expectatio
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from itertools import pairwise
@@ -30,9 +31,10 @@ _PATTERN = (1.0, -1.0, -1.0, 1.0, 0.0, 0.0)
 _JUDGED_PULSES = 5
 #: motion for torque, and encoder for gyro, as shares of what is expected
 _MOTION, _SENSORS = (0.3, 3.0), (0.7, 1.4)
+#: motion of a sound axis whose inertia is the stated one: lags and friction take from it, a late rate adds to it
+_SOUND = (0.7, 1.1)
 #: motion beyond which somebody has to look: with half the counts or twice the gear position and rate are alike wrong,
-#: and nothing here tells that from another inertia. Healthy antennas have 0.75 to 0.93 (lags and friction take the
-#: rest); the limits lie halfway, in proportion, to half and twice of that
+#: and only who knows the inertia can tell that from another one
 _AS_EXPECTED = (0.6, 1.3)
 #: the second where the rate comes from the encoder too: turns for radians would be 6.3 times as much
 _RATE_OF_ENCODER = (0.3, 3.0)
@@ -76,11 +78,14 @@ class FirstTest:
     and is made again, after longer and longer waits; until one has passed, the caller lets nothing else move.
     """
 
-    def __init__(self, host: Host, step_s: float, has_gyro: bool = True) -> None:
+    def __init__(
+        self, host: Host, step_s: float, has_gyro: bool = True, known_within: Sequence[float] = (3.0, 3.0)
+    ) -> None:
         """Without a gyro (`has_gyro` False) the rate is the encoder's own, read at another moment than the position:
-        then only units that do not fit count as wrong.
+        then only units that do not fit count as wrong. `known_within` are the factors within which the axes' inertias
+        are known.
         """
-        self._host, self._step_s = host, step_s
+        self._host, self._step_s, self._known_within = host, step_s, tuple(known_within)
         self._sensors = _SENSORS if has_gyro else _RATE_OF_ENCODER
         C = host.memory.C
         # the carried axis first: it is the one that falls where its motor does nothing
@@ -154,11 +159,21 @@ class FirstTest:
             self._host.stop()
             self._again("too many ticks were missed to tell; see `gimbal-hil doctor`")
             return "stop"
-        problem = _problem(self._host, axis, found, self._sensors)
+        problem = _problem(self._host, axis, found, self._sensors) or self._other_inertia(axis, found.motion)
         if problem:
             return self._fail(problem)
         self._right[axis] = found.motion
         return ""
+
+    def _other_inertia(self, axis: int, motion: float) -> str:
+        """What speaks against a motion that an axis of the stated inertia does not make; empty where nothing does."""
+        within, (least, most) = self._known_within[axis], _SOUND
+        if least / within <= motion <= most * within:
+            return ""
+        return (
+            f"{self._host.axes[axis]} moved {motion:.0%} of what its torque should do, and its inertia is known within "
+            f"a factor of {within:g} (`expectation.inertia_within`): gear, encoder counts, or something else on it"
+        )
 
     @property
     def said(self) -> str:

@@ -176,6 +176,13 @@ class Expectation(Strict):
     """How the axis answers torque, for the guard that trips when it does not: it need be right to a half only."""
 
     inertia_kg_m2: Positive = Field(description="inertia about the axis")
+    inertia_within: Annotated[float, Field(ge=1.0, le=3.0)] = Field(
+        default=3.0,
+        description=(
+            "factor within which it is known; from 1.3 down the first test fails where gear or encoder counts are half "
+            "or twice what they should be"
+        ),
+    )
     disturbance_nm: Positive = Field(
         description="most torque that is neither the motor's nor the weight's: friction, coupling of the axes, a cable"
     )

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import signal
 import sys
@@ -158,7 +159,7 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
         heartbeat = None if options.lockstep else Heartbeat(service.progress, timeout)
         pass_over = embedded.pass_over if embedded else None
         is_tried = _is_tried_first(settings, options.lockstep)
-        tried = FirstTest(host, settings.step_s, _has_gyro(settings)) if is_tried else None
+        tried = FirstTest(host, settings.step_s, _has_gyro(settings), _known_within(settings)) if is_tried else None
         service_end = ServiceEnd(telemetry, service.commands, service.alive, heartbeat)
         loop = ControlLoop(host, link, service_end, LoopTime(clock, period, ticks), pass_over, tried)
         if later is not None and embedded is not None:
@@ -281,6 +282,12 @@ def _has_gyro(settings: DaemonSettings) -> bool:
     return not isinstance(link, AdapterLinkConfig) or all(
         Gives.GYRO in gives_of(link.drive, drive) for drive in link.drives
     )
+
+
+def _known_within(settings: DaemonSettings) -> list[float]:
+    """The factors within which the inertias are known; an axis of which nothing is expected is not tested."""
+    expected = [axis.expectation for axis in settings.axes.values()]
+    return [math.inf if one is None else one.inertia_within for one in expected]
 
 
 def _service_settings(settings: DaemonSettings, options: DaemonOptions) -> ServiceSettings:
