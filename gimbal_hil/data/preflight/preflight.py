@@ -7,14 +7,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.preflight.channels import ChannelEquation, channels_of, in_blocks
 from gimbal_hil.data.preflight.energy import impossible_energy
-from gimbal_hil.data.preflight.readings import OtherReading, in_amperes, other_readings
+from gimbal_hil.data.preflight.readings import MIRRORED, SWAPPED, OtherReading, in_amperes, other_readings
 from gimbal_hil.data.preflight.slow_rows import require_fast_rows
 from gimbal_hil.data.preflight.stating import stated_unit
-from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.data.signals import STATED_RATE, SignalsTable
 from sim_backend.model import AntennaModel
 
 #: numbers of a sound model are right within this factor
@@ -26,6 +27,8 @@ _NEARLY = 1.05
 #: a channel is suspect when more than this share of it is left; another reading is right when it leaves no more than
 #: these shares of any suspect channel, and of what was left of it
 _SUSPECT, _LEFT, _OF_IT = 0.5, 0.4, 0.5
+#: whole numbers that go this far are counts
+_COUNTS = 2.0
 #: the most that a base is pitched by, rad, and what a table rounds
 _MOST_PITCH = 0.5 * np.pi + 1e-3
 
@@ -53,7 +56,7 @@ def preflight(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> None:
     raise BadInputError(
         f"{where}: {', '.join(found.columns)}",
         f"{verb} to be {found.what}: only so do they fit what the model asks of this motion",
-        _with_option(found.remedy, which, found.units),
+        _with_option(found.remedy, which, found.units) + _or_the_rate(found, which),
     )
 
 
@@ -62,6 +65,14 @@ def _with_option(expected: str, tables: tuple[SignalsTable, ...], units: Mapping
     options = {stated_unit(table, units) for table in tables}
     option = next(iter(options)) if len(options) == 1 else ""
     return f"{expected}: {option}" if option else expected
+
+
+def _or_the_rate(found: OtherReading, tables: tuple[SignalsTable, ...]) -> str:
+    """What to doubt as well where a person said how fast the rows came: all rates and accelerations scale with it."""
+    if found.what in (MIRRORED, SWAPPED):
+        return ""
+    stated = [note for table in tables for note in table.notes if STATED_RATE in note]
+    return f"; or another --rate, if the rows did not come at the one stated ({stated[0]})" if stated else ""
 
 
 def _check_attitude(table: SignalsTable) -> None:
@@ -115,7 +126,8 @@ def misreading(
                 whole = len(which) == len(tables) or _rows(other) == _rows(channels)
                 if whole and _is_right(as_read, left):
                     found.append((_size(left), reading, tuple(tables[k] for k in which)))
-    current = [(size, reading, tables) for size, reading in _amperes(model, channels, as_read)]
+    counted = tuple(axis for axis in model.axes if all(_are_whole(table.position(axis)) for table in tables))
+    current = [(size, reading, tables) for size, reading in _amperes(model, channels, as_read, counted)]
     best = min((*found, *current), key=lambda one: one[0], default=None)
     return None if best is None else best[1:]
 
@@ -139,7 +151,7 @@ def _is_right(as_read: Misfits, left: Misfits) -> bool:
 
 
 def _amperes(
-    model: AntennaModel, channels: Mapping[str, ChannelEquation], others: Misfits
+    model: AntennaModel, channels: Mapping[str, ChannelEquation], others: Misfits, whole: tuple[str, ...]
 ) -> list[tuple[float, OtherReading]]:
     """Torque in another unit: every part of it off by one factor beyond what gains are off by, on one axis that is
     driven or on each.
@@ -159,7 +171,13 @@ def _amperes(
             return []
     if not gains or not _is_right({**others, **as_read}, left):
         return []
-    return [(_size(left), in_amperes(gains, "N" if model.is_linear else "N m"))]
+    counted = tuple(axis for axis in whole if axis in gains)
+    return [(_size(left), in_amperes(gains, "N" if model.is_linear else "N m", counted))]
+
+
+def _are_whole(position: NDArray[np.float64]) -> bool:
+    """Whether a position that moves is whole numbers in all rows: counts, which no angle in radians is."""
+    return bool(np.ptp(position) > _COUNTS and np.all(position == np.round(position)))
 
 
 def _size(left: Misfits) -> float:

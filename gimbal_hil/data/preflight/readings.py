@@ -14,6 +14,7 @@ from sim_backend.model import AntennaModel, ModelKind
 
 Floats = NDArray[np.float64]
 
+MIRRORED, SWAPPED = "mirrored", "swapped"
 _RADIANS = float(np.deg2rad(1.0))
 #: motion is smoothed over this long, s
 _SMOOTHING_S = 0.05
@@ -63,7 +64,7 @@ def other_readings(
             if set(columns) <= present:
                 remedy = "one positive direction for torque, position and rate of an axis"
                 si = ("-rad", "-rad/s", "-N m") if rotary else ("-m", "-m/s", "-N")
-                yield OtherReading(columns, "mirrored", remedy, _scaled(columns, -1.0), units=_units(columns, *si))
+                yield OtherReading(columns, MIRRORED, remedy, _scaled(columns, -1.0), units=_units(columns, *si))
     for axis in model.axes:
         if all(_keeps_its_sign(table.torque(axis)) for table in tables):
             remedy = "a torque that is negative where it acts the other way"
@@ -78,7 +79,7 @@ def other_readings(
             columns = tuple(f"{axis}.{signal}" for axis in model.axes for signal in signals)
             if set(columns) <= present:
                 yield OtherReading(
-                    columns, "swapped", "the columns of each axis under its own name", _swapped(model.axes, signals)
+                    columns, SWAPPED, "the columns of each axis under its own name", _swapped(model.axes, signals)
                 )
     for groups in _some_of((_ANGLES, _RATES)):
         columns = tuple(name for group in groups for name in group if name in present)
@@ -88,11 +89,18 @@ def other_readings(
     yield OtherReading(("time_s",), "in milliseconds", "seconds", _in_seconds, units={"time_s": "ms"})
 
 
-def in_amperes(per_ampere: Mapping[str, float], unit: str) -> OtherReading:
-    """Torque columns that hold a current, of which one ampere makes about so much on each of these axes."""
+def in_amperes(per_ampere: Mapping[str, float], unit: str, whole: tuple[str, ...] = ()) -> OtherReading:
+    """Torque columns that hold a current, of which one ampere makes about so much on each of these axes; or another
+    unit of position, which whole numbers in all rows of these axes are for certain.
+    """
     columns = tuple(f"{axis}.torque" for axis in per_ampere)
     about = ", ".join(f"{gain:.1g} {unit}/A on {axis}" for axis, gain in per_ampere.items())
     remedy = f"columns AXIS.current and actuator.torque_constant in the model (about {about}?)"
+    if whole:
+        counts = " ".join(f"{axis}.position=COLUMN:turn/COUNTS" for axis in whole)
+        remedy = f"--column {counts} with the counts of a turn, since its positions are whole numbers; or {remedy}"
+    elif unit == "N m":
+        remedy += ", or positions in radians, which turns, counts or the motor's side of a gear are not"
 
     def undone(table: SignalsTable) -> SignalsTable:
         return _with(table, {f"{axis}.torque": gain * table.torque(axis) for axis, gain in per_ampere.items()})

@@ -20,6 +20,8 @@ _BITS = (8, 10, 12, 14, 15, 16, 20, 24, 31, 32)
 _SCATTERS, _COUNTS = 3.0, 2.0
 #: fewer jumps than this have no scatter of their own, and one alone may be a restart unless it is of so many bits
 _FEWEST, _DIGITS = 3, 3
+#: all but this share of the jumps are of one size, to so many times the log's scatter and this share of it
+_ALMOST_ALL, _EACH, _ALIKE = 0.9, 12.0, 0.1
 #: of numbers without their sign so much is left of the largest when they have it
 _LEFT = 0.5
 
@@ -38,7 +40,8 @@ def stated_wrap(model: AntennaModel, table: SignalsTable, one: Impossible) -> st
     if size == 0.0 or (source == current and not column.endswith(".torque")):
         return ""
     counts, jumps = table.columns[column] / size, one.fault is ColumnFault.JUMP
-    for wrap in _after(counts, one.rows[0]) if jumps else _ranges(counts):
+    turn = 2.0 * np.pi / abs(size) if jumps and not model.is_linear else None
+    for wrap in _after(counts, one.rows[0], turn) if jumps else _ranges(counts):
         carried = _carried_on(counts, wrap, jumps)
         mended = table.but({column: size * carried})
         look = impossible_positions if jumps else impossible_torques
@@ -60,20 +63,25 @@ def stated_unit(table: SignalsTable, units: Mapping[str, str]) -> str:
     return command_line(words) if words else ""
 
 
-def _after(counts: Floats, row: int) -> Iterator[float]:
+def _after(counts: Floats, row: int, turn: float | None) -> Iterator[float]:
     """Counts after which a column that jumps into this row begins again, the likeliest first: a number of so many bits,
-    else one of few digits where it begins again several times. A counter that restarted once begins again nowhere.
+    else one of few digits where it begins again several times, else a `turn`. A counter that restarted once begins
+    again nowhere, and neither does one whose jumps are of many sizes.
     """
     steps = np.diff(counts)
     off = steps - median_around(steps)
     sizes = np.abs(off[np.abs(off) > 0.5 * abs(off[row - 1])])
-    scatter = float(np.std(sizes)) if len(sizes) >= _FEWEST else scatter_of(np.diff(steps))
+    own = scatter_of(np.diff(steps))
+    scatter = float(np.std(sizes)) if len(sizes) >= _FEWEST else own
     middle = float(np.median(sizes))
     room = _SCATTERS * scatter / np.sqrt(len(sizes)) + _COUNTS * _count_of(counts)
-    yield from (float(2**bits) for bits in _BITS if abs(2**bits - middle) <= room)
-    if len(sizes) > 1:
-        shorter = (float(f"{middle:.{digits}g}") for digits in range(1, _DIGITS + 1))
-        yield from (short for short in shorter if short > 0.0 and abs(short - middle) <= room)
+    if float(np.quantile(np.abs(sizes - middle), _ALMOST_ALL)) <= _EACH * own + _ALIKE * middle:
+        yield from (float(2**bits) for bits in _BITS if abs(2**bits - middle) <= room)
+        if len(sizes) > 1:
+            shorter = (float(f"{middle:.{digits}g}") for digits in range(1, _DIGITS + 1))
+            yield from (short for short in shorter if short > 0.0 and abs(short - middle) <= room)
+    if turn is not None:
+        yield turn
 
 
 def _count_of(counts: Floats) -> float:
@@ -90,4 +98,4 @@ def _carried_on(counts: Floats, wrap: float, goes_on: bool) -> Floats:
 
 
 def _written(wrap: float) -> str:
-    return f"{wrap:.0f}" if wrap == round(wrap) else f"{wrap:g}"
+    return f"{wrap:.0f}" if abs(wrap - round(wrap)) < 1e-9 * wrap else f"{wrap:.12g}"

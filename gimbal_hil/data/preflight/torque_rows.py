@@ -34,6 +34,8 @@ _SPEED_ROWS, _LATE_ROWS = 5, 8
 _ANSWERED, _SEEN = 0.25, 4.0
 #: encoder steps that a joint that slides goes to either side of such a torque, and what its neighbours have of it
 _SLIDES, _ALONE = 20.0, 0.3
+#: so many such torques of one number, and this share of them, are a mark, in rows that stand out by so many scatters
+_FEWEST_MARKS, _ALL_MARKS, _MARKED = 5, 0.9, 5.0
 #: a saturated loop goes beyond the limit in steps below this share of it
 _STEP_OF_A_LOOP = 0.3
 
@@ -67,7 +69,10 @@ def _not_given(
         yield Impossible(column, tuple(beyond.tolist()), "with a torque that the actuator cannot give")
     elif len(beyond) == 0:
         without = _unanswered(model, table, axis, torque)
-        if 0 < len(without) <= few:
+        if len(marks := _marks(torque, without)):
+            what = "which did nothing to the motion, the same in many single rows: it marks reads that failed"
+            yield Impossible(column, tuple(marks.tolist()), what)
+        elif 0 < len(without) <= few:
             yield Impossible(column, tuple(without.tolist()), "which did nothing to the motion")
         else:
             yield from held_torques(model, table, axis)
@@ -139,6 +144,19 @@ def _unanswered(model: AntennaModel, table: SignalsTable, axis: str, torque: Flo
     # each torque by itself may be lost in the noise, and all of them together not
     together = _ANSWERED * np.sqrt(squares) > _SEEN * noise and share < _ANSWERED
     return np.asarray(rows[slides] if together else rows[:0])
+
+
+def _marks(torque: Floats, without: NDArray[np.int64]) -> NDArray[np.int64]:
+    """All rows that hold the one number of rows whose torque did nothing to the motion, and stand out; none where those
+    rows hold several numbers, as a loop that chatters does.
+    """
+    if len(without) < _FEWEST_MARKS:
+        return without[:0]
+    numbers, often = np.unique(torque[without], return_counts=True)
+    mark = numbers[int(np.argmax(often))]
+    off = np.abs(torque - median_around(torque))
+    rows = np.flatnonzero((torque == mark) & (off > _MARKED * scatter_of(off)))
+    return rows if often.max() > _ALL_MARKS * len(without) else without[:0]
 
 
 def _around(sizes: Floats) -> Floats:

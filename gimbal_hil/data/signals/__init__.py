@@ -2,6 +2,7 @@
 
 from gimbal_hil.data.signals.clock import LONGEST_PERIOD_S, smaller_unit
 from gimbal_hil.data.signals.column_map import ColumnMap
+from gimbal_hil.data.signals.form import STATED_RATE
 from gimbal_hil.data.signals.guessing import contents_of_table, guessed_words, is_read_by
 from gimbal_hil.data.signals.reading import LogReading, read_signals, read_together, signals_of_run
 from gimbal_hil.data.signals.resampling import on_grid
@@ -12,6 +13,7 @@ from gimbal_hil.data.signals.units import unit_of, units_of
 
 __all__ = [
     "LONGEST_PERIOD_S",
+    "STATED_RATE",
     "ColumnMap",
     "LogReading",
     "RigidBody",

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
+from gimbal_hil.data.signals.bursts import times_of_bursts
 from gimbal_hil.data.signals.table import JITTER_LIMIT, TIME
 from gimbal_hil.data.tables import RawColumns
 
@@ -49,6 +50,8 @@ def with_counted_times(
     """
     time_s = raw.values[TIME][rows]
     steps = np.diff(time_s)
+    if (measured := times_of_bursts(raw, rows, period_s, notes)) is not None:
+        return _at(raw, rows, measured)
     if repair and len(steps) and np.all(steps > 0.0) and _rounded_steps(steps):
         counted = _counted(time_s, period_s)
         if counted is not None:

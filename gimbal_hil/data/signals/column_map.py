@@ -14,7 +14,16 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals.source_terms import Term, terms_of, without_time, wrapped_on
 from gimbal_hil.data.signals.table import REPEAT, TIME, TORQUES, column_names
 from gimbal_hil.data.signals.units import unit_of
-from gimbal_hil.data.tables import UNITS, FileColumn, Floats, RawColumns, knows_all_units, listed, unit_size
+from gimbal_hil.data.tables import (
+    BETWEEN_ROWS_S,
+    UNITS,
+    FileColumn,
+    Floats,
+    RawColumns,
+    knows_all_units,
+    listed,
+    unit_size,
+)
 
 _PAIR = "NAME=COLUMN, NAME=COLUMN:UNIT or NAME=COLUMN@TIME:UNIT, as in azimuth.position=theta_deg:deg"
 #: names of a part of the time that say that it is in nanoseconds or microseconds, as stamps of ROS and POSIX do
@@ -22,6 +31,7 @@ _PARTS = {
     "ns": re.compile(r"(?:^|[._])(?:nano_?se?cs?|nanoseconds|nsecs?|ns)$", re.IGNORECASE),
     "us": re.compile(r"(?:^|[._])(?:micro_?se?cs?|microseconds|usecs?|us)$", re.IGNORECASE),
 }
+_DAY_S = 86_400.0
 #: sizes of units that differ by less are one
 _SAME_SIZE = 1e-6
 _NUMBER = r"\d+(?:\.\d*)?(?:[eE][+-]?\d+)?"
@@ -162,7 +172,7 @@ def _not_there(raw: RawColumns, name: str, source: str) -> BadInputError:
 
 def _summed(raw: RawColumns, name: str, terms: Sequence[Term], si: str) -> Floats:
     """The column in SI units; of a time in several parts, counted from its first row, so that no digit is lost."""
-    total = np.zeros(len(raw.values[terms[0].column]))
+    parts = []
     for term in terms:
         values = raw.values[term.column]
         if term.wrap is not None:
@@ -170,8 +180,25 @@ def _summed(raw: RawColumns, name: str, terms: Sequence[Term], si: str) -> Float
         if name == TIME and len(terms) > 1 and np.isfinite(values).any():
             values = values - values[np.isfinite(values)][0]
         factor, zero = _size(term, name, si, raw.units)
-        total = total + factor * (values - zero)
-    return total
+        parts.append(factor * (values - zero))
+    total = np.sum(parts, axis=0)
+    return total - _midnights(parts) if name == TIME and len(parts) > 1 else np.asarray(total)
+
+
+def _midnights(parts: Sequence[Floats]) -> Floats:
+    """Seconds (n,) that a date and a time of day count twice: where the date goes on by a day, a clock that stands in
+    another column was carried on past midnight already.
+    """
+    good = np.flatnonzero(np.all(np.isfinite(parts), axis=0))
+    steps = np.diff(np.asarray(parts)[:, good], axis=1)
+    days = np.all(steps % _DAY_S == 0.0, axis=1)
+    if days.all() or not days.any():
+        return np.zeros(len(parts[0]))
+    clocks = np.sum(steps[~days], axis=0)
+    twice = np.where(np.abs(clocks) < BETWEEN_ROWS_S, np.sum(steps[days], axis=0), 0.0)
+    found = np.zeros(len(parts[0]))
+    found[good[1:]] = np.cumsum(twice)
+    return found
 
 
 def _size(term: Term, name: str, si: str, stated: Mapping[str, str]) -> tuple[float, float]:

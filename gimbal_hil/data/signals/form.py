@@ -35,6 +35,8 @@ from gimbal_hil.data.signals.table import (
 from gimbal_hil.data.signals.torque_columns import with_torques
 from gimbal_hil.data.tables import RawColumns, listed
 
+#: how a note of rows whose rate a person stated ends
+STATED_RATE = "as --rate says"
 #: share of the cells of a column that a repair may leave out though something is written there
 _MOST_NOT_UNDERSTOOD = 0.02
 #: a repair that keeps less of a log is not proposed
@@ -162,7 +164,7 @@ def _measurable(raw: RawColumns, names: Sequence[str]) -> RawColumns:
 def _timed(raw: RawColumns, repair: Repair) -> tuple[RawColumns, Repair]:
     """A file that has no times with those that its rows have at the stated rate."""
     if TIME in raw.values and repair.rate_hz is not None and _numbers_rows(raw.values[TIME]):
-        note = f"its times are the numbers of its rows: they were taken as {repair.rate_hz:g} a second, as --rate says"
+        note = f"its times are the numbers of its rows: they were taken as {repair.rate_hz:g} a second, {STATED_RATE}"
         values = {**raw.values, TIME: raw.values[TIME] / repair.rate_hz}
         return replace(raw, values=values, notes=(*raw.notes, note)), replace(repair, rate_hz=None, resample=True)
     if TIME in raw.values or repair.rate_hz is None or repair.period_s is None or time_among(raw.values)[0] is not None:
@@ -174,7 +176,7 @@ def _timed(raw: RawColumns, repair: Repair) -> tuple[RawColumns, Repair]:
             "rows alone, or a column of times",
         )
     rows = len(next(iter(raw.values.values())))
-    note = f"has no times: its {rows} rows were taken as {repair.rate_hz:g} a second, as --rate says"
+    note = f"has no times: its {rows} rows were taken as {repair.rate_hz:g} a second, {STATED_RATE}"
     values = {TIME: np.arange(rows, dtype=np.float64) * repair.period_s, **raw.values}
     timed = replace(raw, values=values, texts={TIME: {}, **raw.texts}, notes=(*raw.notes, note))
     return timed, replace(repair, rate_hz=None)

@@ -17,6 +17,7 @@ from gimbal_hil.data.signals.container_file import read_container
 from gimbal_hil.data.signals.form import AxisNames, checked_table
 from gimbal_hil.data.signals.kept_rows import Repair
 from gimbal_hil.data.signals.refreshed import on_refreshed_rows
+from gimbal_hil.data.signals.repeated_reads import without_repeated_reads
 from gimbal_hil.data.signals.resampling import on_grid
 from gimbal_hil.data.signals.run_signals import run_columns
 from gimbal_hil.data.signals.table import REPEAT, TIME, SignalsTable
@@ -116,9 +117,15 @@ def _read(path: Path, named: AxisNames, repair: Repair, columns: ColumnMap) -> S
     contained = read_container(path, named, columns)
     if contained is None:
         raw = columns.read(read_table(path), named.axes, not named.rotary)
-        return on_refreshed_rows(checked_table(raw, named, repair))
+        return _of_reads(checked_table(raw, named, repair))
     table = checked_table(contained.called.read(contained.raw, named.axes, not named.rotary), named, repair)
-    return on_refreshed_rows(replace(table, notes=(*contained.notes, *table.notes)))
+    return _of_reads(replace(table, notes=(*contained.notes, *table.notes)))
+
+
+def _of_reads(table: SignalsTable) -> SignalsTable:
+    """The table with no position that the encoder did not read then."""
+    refreshed = on_refreshed_rows(table)
+    return without_repeated_reads(table) if refreshed is table else refreshed
 
 
 def _of_run(run: RecordedRun, axes: Sequence[str], repair: Repair) -> SignalsTable:

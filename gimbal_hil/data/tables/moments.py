@@ -19,7 +19,7 @@ _IN_AN_HOUR = re.compile(r"(?P<m>\d{1,2}):(?P<s>\d{2}[.,]\d+)")
 _HOUR_S, _DAY_S = 3600.0, 86_400.0
 #: clocks begin again after a day, half a day (those that say no AM or PM) or an hour; stamps fall by that, but for the
 #: time between two rows
-_ROUNDS_S, _BETWEEN_ROWS_S = (_DAY_S, 0.5 * _DAY_S, _HOUR_S), 60.0
+_ROUNDS_S, BETWEEN_ROWS_S = (_DAY_S, 0.5 * _DAY_S, _HOUR_S), 60.0
 
 
 def seconds_of(cells: Sequence[str | None]) -> Floats | None:
@@ -78,7 +78,7 @@ def _gone_on(seconds: Floats) -> Floats:
     falls = -np.diff(seconds)
     added = np.zeros(len(falls))
     for around in _ROUNDS_S:
-        added[(falls <= around) & (falls > around - _BETWEEN_ROWS_S)] = around
+        added[(falls <= around) & (falls > around - BETWEEN_ROWS_S)] = around
     return np.concatenate(([0.0], np.cumsum(added)))
 
 

@@ -232,7 +232,8 @@ def _of_cells(
             doubted[name] = _of_marks(name, numbers, lines)
         elif MarkUse.THOUSANDS in (marks.point, marks.comma):
             said.append(f"in column {name} {_first_marked(numbers)} is {_of(_first_marked(numbers), marks):g}")
-        if cells and not any(numbers):
+        if cells and not np.isfinite(found).any():
+            # a date in points looks like a number and is none
             seconds = seconds_of(cells)
             if seconds is not None:
                 said.append(f"column {name} holds dates or times of day and was read as seconds from the first of them")

@@ -40,6 +40,11 @@ class Smoothing:
     shape: SmoothingShape
     half_hz: float
 
+    @classmethod
+    def mean_over(cls, seconds: float) -> Smoothing:
+        """The mean over a stretch of time."""
+        return cls(SmoothingShape.MEAN, _HALF_OF_MEAN / seconds)
+
     def share(self, frequency_hz: Floats) -> Floats:
         """What is left of a frequency, (n,), -1 to 1."""
         ratio = frequency_hz / self.half_hz

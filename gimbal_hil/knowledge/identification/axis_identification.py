@@ -139,6 +139,7 @@ def identify_axis(
     findings += disagreeing
     if rigid[0] is not None:
         findings += rigid[0].unexplained(axis)
+        findings += [replace(one, axis=axis) for one in rigid[0].warnings]
         findings += rigid[0].timing.findings(axis)
         findings += [] if rigid[0].parts is None else [rigid[0].parts.finding(axis)]
         findings += [smoothed.finding(axis) for smoothed in rigid[0].smoothed[:1]]

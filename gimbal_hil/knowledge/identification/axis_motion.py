@@ -12,7 +12,7 @@ from scipy.signal import butter, sosfiltfilt
 from gimbal_hil.knowledge.estimation import ShiftedProblem
 from gimbal_hil.knowledge.identification.averaging import Vector
 from gimbal_hil.knowledge.identification.least_squares import Matrix
-from gimbal_hil.knowledge.identification.position_ripple import PositionRipple
+from gimbal_hil.knowledge.identification.position_ripple import OverPosition
 from gimbal_hil.knowledge.identification.smoothed_log import SmoothedLog
 
 #: torque may be logged this much early or late, s or rows, whichever is more
@@ -81,7 +81,7 @@ class AxisMotion:
         )
 
     def problems(
-        self, ripples: tuple[PositionRipple, ...] = (), smoothed: SmoothedLog | None = None
+        self, ripples: tuple[OverPosition, ...] = (), smoothed: SmoothedLog | None = None
     ) -> Iterator[tuple[ShiftedProblem, Vector]]:
         """The regression at each choice of band and slowest rows, the rule's own first, with the rate (n,) of all
         rows; of a log whose columns are taken to be `smoothed`.
@@ -97,7 +97,7 @@ class AxisMotion:
                     yield replace(problem, rows=rows), rate
 
     def _problem(
-        self, band: float, ripples: tuple[PositionRipple, ...], smoothed: SmoothedLog | None
+        self, band: float, ripples: tuple[OverPosition, ...], smoothed: SmoothedLog | None
     ) -> tuple[ShiftedProblem, Vector, np.ndarray]:
         """One of a band, its rate (n,), and which rows are far enough from both ends."""
         step, rule = self.step_s, self.rule

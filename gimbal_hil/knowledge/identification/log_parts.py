@@ -26,7 +26,7 @@ _TIMES_PER_BLOCK, _MIN_BLOCKS = 5.0, 8
 #: a combination of columns, each of length 1, is nothing below this share of the largest
 DEPENDENT = 1e-6
 #: a part says something with so many rows; inertias that differ by less of themselves are one to a reader
-_FEWEST_ROWS, _APART = 100, 0.1
+FEWEST_ROWS, _APART = 100, 0.05
 #: an inertia that makes less than this share of the torque is told by the noise of the acceleration
 _HEARD = 0.2
 
@@ -36,6 +36,7 @@ class LogCut(Enum):
 
     TIME = ("its first half", "its second")
     ACCELERATION = ("rows that speed up one way", "rows that speed up the other way")
+    DIRECTION = ("motion one way", "motion the other way")
     PLACE = ("one side of its travel", "the other")
 
 
@@ -80,9 +81,10 @@ def _cuts(problem: ShiftedProblem, position: Vector) -> Iterator[tuple[LogCut, t
     for cut, first in (
         (LogCut.TIME, np.arange(len(rows)) < len(rows) // 2),
         (LogCut.ACCELERATION, acceleration > 0.0),
+        (LogCut.DIRECTION, problem.columns[rows, 1] > 0.0),
         (LogCut.PLACE, place < np.median(place)),
     ):
-        if min(np.count_nonzero(first), np.count_nonzero(~first)) >= _FEWEST_ROWS:
+        if min(np.count_nonzero(first), np.count_nonzero(~first)) >= FEWEST_ROWS:
             yield cut, (rows[first], rows[~first])
 
 

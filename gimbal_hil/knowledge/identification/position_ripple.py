@@ -65,6 +65,47 @@ class PositionRipple:
         return replace(self, order=order, sine=float(solution[0]), cosine=float(solution[1]))
 
 
+@dataclass(frozen=True)
+class PositionSlope:
+    """A torque that follows position within less than two waves over the travel: a spring or a cable, powers of the way
+    from the `centre` over half the travel `reach`; or a weight, sine and cosine of the angle beside such a way. Each
+    times one of `sizes`.
+    """
+
+    centre: float
+    reach: float
+    weight: bool = False
+    sizes: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def finding(self, axis: str, linear: bool) -> DataWarning:
+        """What a reader must know of it."""
+        there = self.centre + self.reach * np.linspace(-1.0, 1.0, 101)
+        size = float(np.ptp(np.column_stack(self.columns(there)) @ np.array(self.sizes)))
+        text = (
+            f"the torque follows position, by {size:.3g} {'N' if linear else 'N m'} over the travel, as under a weight "
+            "or a spring: the numbers were fitted beside it, and no offset can be told from it; what it is, gimbal-hil "
+            "discrepancy says"
+        )
+        return DataWarning("follows_position", text, axis)
+
+    def columns(self, position: Vector) -> tuple[Vector, Vector, Vector]:
+        """What each size is multiplied by at positions (n,)."""
+        way = (position - self.centre) / self.reach
+        return (way, np.sin(position), np.cos(position)) if self.weight else (way, way**2, way**3)
+
+    def moved(self, solution: Vector) -> PositionSlope:
+        """The same with the sizes of a fit of its columns, (3,)."""
+        first, second, third = (float(size) for size in solution)
+        return replace(self, sizes=(first, second, third))
+
+
+def slopes_over(position: Vector, linear: bool) -> tuple[PositionSlope, ...]:
+    """The slopes that are looked for over the travel of positions (n,)."""
+    reach = 0.5 * float(np.ptp(position))
+    kinds = (False,) if linear else (False, True)
+    return tuple(PositionSlope(float(np.mean(position)), reach, weight) for weight in kinds) if reach > 0.0 else ()
+
+
 def ripples_of(residual: Vector, position: Vector, fastest_order: float) -> tuple[PositionRipple, ...]:
     """Waves in a residual (n,) at positions (n,), the largest first, up to an order that the filters leave."""
     travel = float(np.ptp(position))
@@ -100,3 +141,6 @@ def _finest(residual: Vector, position: Vector, order: float, step: float, least
         near = np.array([order - step, order, order + step])
         order = max(least, float(near[int(np.argmin(_leaves(residual, position, near)))]))
     return order
+
+
+OverPosition = PositionRipple | PositionSlope

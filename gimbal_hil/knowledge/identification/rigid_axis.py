@@ -27,8 +27,10 @@ from gimbal_hil.knowledge.identification.estimate import (
     withheld,
 )
 from gimbal_hil.knowledge.identification.least_squares import Matrix
-from gimbal_hil.knowledge.identification.log_parts import DEPENDENT, LogParts, block_bootstrap, parts_apart
-from gimbal_hil.knowledge.identification.position_ripple import PositionRipple, ripples_of
+from gimbal_hil.knowledge.identification.log_parts import DEPENDENT, FEWEST_ROWS, LogParts, block_bootstrap, parts_apart
+from gimbal_hil.knowledge.identification.other_columns import fits_of, refreshed_problems, two_clocks, uncut_torque
+from gimbal_hil.knowledge.identification.over_position import over_position
+from gimbal_hil.knowledge.identification.position_ripple import OverPosition, PositionSlope
 from gimbal_hil.knowledge.identification.smoothed_log import SmoothedColumn, SmoothedLog
 from gimbal_hil.knowledge.identification.smoothing_search import (
     guesses_of,
@@ -42,8 +44,6 @@ from gimbal_hil.knowledge.identification.timing import STATE_IT, Timing
 #: a low-pass is seen where at most this share is left of what a shift alone leaves: less may be the noise of the
 #: encoder, which a lag smooths too
 _CLEARLY_LESS = 0.8
-#: rounds in which waves over position, found beside a first fit, settle beside the numbers
-_RIPPLE_ROUNDS = 3
 #: a column takes part in a combination that is nothing above this share
 _TAKES_PART = 1e-2
 #: what a regression leaves beyond this share of the torque's rms is no matter of friction
@@ -80,9 +80,10 @@ class RigidAxisFit:
     blocks: int
     timing: Timing
     correlations: Correlations
-    ripples: tuple[PositionRipple, ...] = ()
+    ripples: tuple[OverPosition, ...] = ()
     smoothed: tuple[SmoothedLog, ...] = ()
     parts: LogParts | None = None
+    warnings: tuple[DataWarning, ...] = ()
 
     def value(self, name: str) -> float:
         """Fitted value by name."""
@@ -141,9 +142,13 @@ def fit_rigid_axis(
     logged = as_logged(time_s, position, torque, rule, known)
     motion, names, ripples, problems, fits = logged.motion, logged.names, logged.ripples, logged.problems, logged.fits
     step = motion.step_s
-    likely = logged.smoothings() if smoothed is None else smoothed
-    if likely:
-        ripples, late = _ripples(motion, names, likely[0]), fits[0].shift_s
+    likely, warnings = logged.smoothings() if smoothed is None else smoothed, logged.warnings
+    if not likely:
+        further = [pair for one in logged.others for pair in one.problems(ripples)]
+        further += [] if rule.time_stated else refreshed_problems(motion, ripples)
+        problems, fits = [*problems, *further], [*fits, *fits_of(further, fits[0])]
+    else:
+        ripples, late = over_position(motion, len(names), likely[0]), fits[0].shift_s
         problems = [pair for one in likely for pair in smoothed_problems(motion, one, ripples, late)]
         fits = [fit_shifted(problem, near_s=late) for problem, _ in problems]
     rate = problems[0][1]
@@ -153,6 +158,9 @@ def fit_rigid_axis(
         problems += [(problem, rate) for problem in parts.problems]
         fits += [fit_at(problem, own.shift_s, own.lag_s, 1 + (own.lag_s > 0.0)) for problem in parts.problems]
     shifted = [_replicates(fit, seed) for fit in fits]
+    ends = [] if rule.time_stated else _ends(problems[0][0], fits[0], seed)
+    warnings += two_clocks([one.late for one in ends])
+    shifted += ends
     timing = replace(_timing(shifted, step, rule.time_stated), sought_s=problems[0][0].most_s)
     if timing.used and timing.late.low > 0.0:
         shifted += [_replicates(fit, seed) for fit in _perhaps_lagged(problems[0][0], fits[0])]
@@ -164,6 +172,8 @@ def fit_rigid_axis(
     )
     as_stated = [_replicates(fit_at(problem), seed) for problem, _ in problems]
     estimates = _estimates(names, fit, shifted, as_stated, timing, rule.linear)
+    if any(isinstance(one, PositionSlope) for one in ripples):
+        estimates = tuple(_beside_slope(one) if one.name == "offset" else one for one in estimates)
     rms = float(np.sqrt(np.mean(fit.residual**2)))
     relative = rms / float(np.sqrt(np.mean(fit.target**2)))
     if relative > _UNEXPLAINED:
@@ -184,6 +194,7 @@ def fit_rigid_axis(
         ripples,
         likely,
         parts,
+        warnings,
     )
 
 
@@ -195,9 +206,12 @@ class AsLogged:
 
     motion: AxisMotion
     names: tuple[str, ...]
-    ripples: tuple[PositionRipple, ...]
+    ripples: tuple[OverPosition, ...]
     problems: list[tuple[ShiftedProblem, Vector]]
     fits: list[ShiftedFit]
+    #: the motion with a torque that may as well have been logged otherwise, and what is to be known of this one
+    others: tuple[AxisMotion, ...] = ()
+    warnings: tuple[DataWarning, ...] = ()
 
     def smoothings(self) -> tuple[SmoothedLog, ...]:
         """What somebody did to the columns before they were saved, the likeliest first."""
@@ -211,8 +225,8 @@ class AsLogged:
         """The smoothing with the cut-off that this log likes best."""
         return settled_over(self.motion, self.fits, self.ripples, one)
 
-    def _beside(self, one: SmoothedLog) -> tuple[PositionRipple, ...]:
-        return _ripples(self.motion, self.names, one)
+    def _beside(self, one: SmoothedLog) -> tuple[OverPosition, ...]:
+        return over_position(self.motion, len(self.names), one)
 
     def left_by(self, one: SmoothedLog) -> float:
         """Share of the squares that are left where the columns are taken to be smoothed so."""
@@ -237,31 +251,16 @@ def as_logged(
         )
     load = np.zeros(len(torque)) if known is None else known
     motion, names = AxisMotion(time_s, position, torque, load, rule), _NAMES[rule.per_direction]
-    ripples = _ripples(motion, names)
+    ripples = over_position(motion, len(names))
+    uncut = uncut_torque(motion, ripples)
+    others = () if uncut is None or uncut.is_certain else (uncut.motion,)
+    warnings = () if uncut is None or not uncut.is_certain else (uncut.finding(rule.linear),)
+    if uncut is not None and uncut.is_certain:
+        motion = uncut.motion
+        ripples = over_position(motion, len(names))
     problems = list(motion.problems(ripples))
-    return AsLogged(motion, names, ripples, problems, _shifted([problem for problem, _ in problems]))
-
-
-def _ripples(
-    motion: AxisMotion, names: tuple[str, ...], smoothed: SmoothedLog | None = None
-) -> tuple[PositionRipple, ...]:
-    """Waves over position in what the first regression leaves, as fast as the filters let through; none where the
-    filters leave no row of a short log.
-    """
-    problem, rate = next(motion.problems((), smoothed))
-    position = motion.position[problem.rows]
-    if not len(position):
-        return ()
-    residual = fit_shifted(problem).residual
-    usual_rate = float(np.median(np.abs(rate[problem.rows])))
-    fastest = 2.0 * np.pi * motion.rule.bandwidth_hz / max(usual_rate, 1e-12)
-    ripples = ripples_of(residual, position, fastest)
-    for _ in range(_RIPPLE_ROUNDS if ripples else 0):
-        beside = fit_shifted(next(motion.problems(ripples, smoothed))[0]).solution[len(names) :]
-        ripples = tuple(
-            ripple.moved(own) for ripple, own in zip(ripples, beside.reshape(len(ripples), -1), strict=True)
-        )
-    return ripples
+    fits = _shifted([problem for problem, _ in problems])
+    return AsLogged(motion, names, ripples, problems, fits, others, warnings)
 
 
 def _shifted(problems: list[ShiftedProblem]) -> list[ShiftedFit]:
@@ -275,6 +274,19 @@ def _shifted(problems: list[ShiftedProblem]) -> list[ShiftedFit]:
             return alone
         lagged.append(one)
     return lagged[::-1]
+
+
+def _ends(problem: ShiftedProblem, fit: ShiftedFit, seed: int) -> list[_Replicates]:
+    """The fits of the first and the last third of a log, where the torque of one is late by another time than that of
+    the other; else none.
+    """
+    third = len(problem.rows) // 3
+    if third < FEWEST_ROWS:
+        return []
+    parts = (replace(problem, rows=rows) for rows in (problem.rows[:third], problem.rows[-third:]))
+    first, last = (_replicates(fit_shifted(part, near_s=fit.shift_s), seed) for part in parts)
+    far = abs(first.fit.shift_s - last.fit.shift_s) > problem.step_s
+    return [first, last] if far and not first.late.overlaps(last.late) else []
 
 
 def _perhaps_lagged(problem: ShiftedProblem, late: ShiftedFit) -> tuple[ShiftedFit, ...]:
@@ -329,6 +341,12 @@ def _estimates(
 def _beside_something_else(estimate: Estimate) -> Estimate:
     """The estimate of a log whose torque is for the most part of something else, however narrow its interval."""
     reason = "most of the torque in this log is of something else, and a part of that may be in this number"
+    return replace(estimate, verdict=Determination.NOT_IDENTIFIED, reason=reason)
+
+
+def _beside_slope(estimate: Estimate) -> Estimate:
+    """An offset beside a torque that follows position: where that is nothing, nobody said."""
+    reason = "it cannot be told from the torque that follows position"
     return replace(estimate, verdict=Determination.NOT_IDENTIFIED, reason=reason)
 
 

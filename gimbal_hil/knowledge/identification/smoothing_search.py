@@ -11,10 +11,10 @@ import numpy as np
 from gimbal_hil.knowledge.estimation import ShiftedFit, ShiftedProblem, Smoothing, SmoothingShape, fit_at, fit_shifted
 from gimbal_hil.knowledge.identification.averaging import Vector
 from gimbal_hil.knowledge.identification.axis_motion import AxisMotion
-from gimbal_hil.knowledge.identification.position_ripple import PositionRipple
+from gimbal_hil.knowledge.identification.position_ripple import OverPosition
 from gimbal_hil.knowledge.identification.smoothed_log import SmoothedColumn, SmoothedLog
 
-Ripples = tuple[PositionRipple, ...]
+Ripples = tuple[OverPosition, ...]
 
 #: a smoothing counts where at most this share of the squares is left, whatever the choice of band and rows: a friction
 #: that the regression does not know leaves a little less behind any filter

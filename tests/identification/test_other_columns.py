@@ -1,0 +1,85 @@
+"""Regressions of logs whose columns leave open how they came about, or hold more than inertia and friction."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gimbal_hil.knowledge.identification import RigidAxisFit, RigidAxisRule, fit_rigid_axis
+from gimbal_hil.knowledge.identification.estimate import Determination
+from tests.cases.joint import BENCH, TRUE, Floats
+
+LOGS = [BENCH.log(which, 16.0, seed=seed) for which, seed in (("a", 1), ("b", 2))]
+NUMBERS = ("inertia", "viscous", "coulomb")
+
+
+def fitted(log_number: int, torque: Floats, position: Floats | None = None) -> RigidAxisFit:
+    log = LOGS[log_number]
+    return fit_rigid_axis(log.time, log.position if position is None else position, torque, RigidAxisRule(20.0))
+
+
+def holds_the_truth(fit: RigidAxisFit, *names: str) -> None:
+    for one in fit.estimates:
+        if one.name in names:
+            assert one.interval.covers(TRUE[one.name]), one
+
+
+def said(fit: RigidAxisFit) -> list[str]:
+    return [one.rule for one in fit.warnings]
+
+
+@pytest.mark.parametrize("k", [0, 1])
+@pytest.mark.parametrize("rows", [5, 10, 6.85], ids=["5", "10", "not whole"])
+def test_a_torque_that_was_read_every_few_rows_leaves_intervals_that_hold_the_truth(k: int, rows: float) -> None:
+    torque, places = LOGS[k].torque, np.arange(len(LOGS[k].torque))
+    sampled = np.append(torque[:1], 0.5 * (torque[1:] + torque[:-1]))
+    at = np.ceil(np.floor(places / rows + 1e-9) * rows - 1e-9).astype(int)
+    holds_the_truth(fitted(k, sampled[at]), *NUMBERS)
+
+
+@pytest.mark.parametrize("k", [0, 1])
+def test_a_torque_that_was_cut_off_to_whole_steps_is_told_and_half_a_step_added(k: int) -> None:
+    torque = LOGS[k].torque
+    step = float(np.max(np.abs(torque))) / 20.0
+    fit = fitted(k, np.trunc(torque / step) * step)
+    assert said(fit) == ["torque_cut_off"]
+    assert fit.value("inertia") == pytest.approx(TRUE["inertia"], rel=0.005)
+    rounded = fitted(k, np.round(torque / step) * step)
+    assert not said(rounded) and rounded.value("inertia") == pytest.approx(TRUE["inertia"], rel=0.005)
+
+
+@pytest.mark.parametrize("share", [0.002, 0.01])
+def test_two_clocks_are_told_and_nothing_narrow_is_wrong(share: float) -> None:
+    log = LOGS[0]
+    fit = fitted(0, np.interp(log.time * (1.0 + share), log.time, log.torque))
+    assert "two_clocks" in said(fit)
+    for one in fit.estimates:
+        if one.name in NUMBERS and one.verdict is Determination.IDENTIFIED:
+            assert one.interval.covers(TRUE[one.name]), one
+    assert not said(fitted(0, log.torque))
+
+
+def test_a_position_that_loses_counts_one_way_asks_for_two_inertias() -> None:
+    steps = np.diff(LOGS[0].position, prepend=LOGS[0].position[:1])
+    fit = fitted(0, LOGS[0].torque, np.cumsum(np.where(steps > 0.0, 0.85 * steps, steps)))
+    assert fit.parts is not None and "inertia of" in fit.parts.finding("joint").text
+
+
+@pytest.mark.parametrize("k", [0, 1])
+@pytest.mark.parametrize("what", ["weight", "spring"])
+def test_a_weight_or_a_spring_that_nobody_knows_of_is_told_and_is_in_no_number(k: int, what: str) -> None:
+    q = LOGS[k].position
+    held = np.append(q, q[-1:])
+    more = 0.1 * np.sin(held + 0.3) if what == "weight" else 0.03 * held
+    fit = fitted(k, LOGS[k].torque + 0.5 * (more[1:] + more[:-1]))
+    holds_the_truth(fit, *NUMBERS)
+    found = [one.finding("joint", False) for one in fit.ripples]
+    assert [one.rule for one in found] == ["follows_position"] and "a weight or a spring" in found[0].text
+    offset = next(one for one in fit.estimates if one.name == "offset")
+    assert offset.verdict is Determination.NOT_IDENTIFIED and "follows position" in offset.reason
+    assert all(one.verdict is Determination.IDENTIFIED for one in fit.estimates if one.name in NUMBERS)
+
+
+def test_without_a_weight_or_a_spring_none_is_told() -> None:
+    for k, log in enumerate(LOGS):
+        assert fitted(k, log.torque).ripples == ()
