@@ -108,6 +108,10 @@ def test_cogging_is_counted_apart_and_widens_no_interval(order: float) -> None:
     assert not fit.timing.excludes_zero and fit.timing.late.half_width < 2.0 * without.timing.late.half_width
 
 
-def test_a_spring_is_no_ripple_and_stays_with_the_numbers() -> None:
+def test_a_spring_is_no_ripple_and_in_no_number() -> None:
     position, torque = _axis(0.01)
-    assert fit_rigid_axis(TIME, position, torque + 0.5 * position, RigidAxisRule(20.0)).ripples == ()
+    middle = 0.5 * (position + np.append(position[1:], position[-1]))
+    fit = fit_rigid_axis(TIME, position, torque + 0.5 * middle, RigidAxisRule(20.0))
+    assert [one.finding("arm", False).rule for one in fit.ripples] == ["follows_position"]
+    for name in ("inertia", "viscous", "coulomb"):
+        assert fit.value(name) == pytest.approx(TRUE[name], rel=0.02), name

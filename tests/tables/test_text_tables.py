@@ -105,6 +105,35 @@ def test_dates_and_times_of_day_count_from_the_first(tmp_path: Path, stamp: Call
     assert np.allclose(table.time_s, T, atol=1e-6) and any("read as seconds" in note for note in table.notes)
 
 
+@pytest.mark.parametrize("date", ["2024-02-{:02d}", "{:02d}.02.2024", "2/{:02d}/2024"])
+def test_a_date_and_a_time_of_day_in_two_columns_count_midnight_once(tmp_path: Path, date: str) -> None:
+    for begin, day in ((59.0, True), (59.0, False), (0.0, True)):
+        stamps = [(int(begin + t >= 60.0 and day), (begin + t) % 60.0, begin + t >= 60.0) for t in T]
+        rows = [
+            f"{date.format(27 + on)};{'00:00' if late else '23:59'}:{second:09.6f};{u:.6f};{q:.6f}"
+            for (on, second, late), u, q in zip(stamps, U, Q, strict=True)
+        ]
+        text = whole(["Date;Time;tau;q", *rows])
+        words = ("time_s=Date+Time", "joint.torque=tau", "joint.position=q")
+        table = read(tmp_path / "log.csv", text, words)
+        assert np.allclose(table.time_s - table.time_s[0], T, atol=1e-6) and len(table) == len(T)
+
+
+def test_cells_that_carry_their_names_need_no_header(tmp_path: Path) -> None:
+    for between, is_ in ((" ", ":"), (",", ":"), ("\t", "="), (", ", " = ")):
+        rows = [
+            between.join(f"{name}{is_}{value:.6f}" for name, value in zip(("t", "tau 1", "q"), row, strict=True))
+            for row in zip(T, U, Q, strict=True)
+        ]
+        rows.insert(0, "connected")
+        words = ("time_s=t", "joint.torque=tau 1", "joint.position=q")
+        table = read(tmp_path / "log.txt", whole(rows), words)
+        assert np.allclose(table.position("joint"), Q, atol=1e-6) and np.allclose(table.time_s, T, atol=1e-6)
+        assert any("carry the names of their columns: t, tau 1, q" in note for note in table.notes)
+        with pytest.raises(BadInputError, match=r"line 21: .*1 cells where the header has 3: 'overrun'"):
+            read(tmp_path / "log.txt", whole([*rows[:20], "overrun", *rows[20:]]), words)
+
+
 COUNTS, MICROSECONDS = np.round(Q * 65536).astype(int), np.round(T * 1e6).astype(int)
 IN_COUNTS = ("time_s=us:us", "joint.position=counts:rad/65536", "joint.torque=tau")
 

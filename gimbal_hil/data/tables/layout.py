@@ -48,6 +48,8 @@ class Layout:
     header: int | None = None
     spare: bool = False
     unfit: tuple[str, ...] = ()
+    #: whether each cell came with its name
+    labelled: bool = False
 
 
 def cells_of(line: str, between: str | None) -> list[str]:

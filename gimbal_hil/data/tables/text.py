@@ -13,7 +13,8 @@ import numpy as np
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.tables.decoding import decoded
-from gimbal_hil.data.tables.layout import IN_BRACKETS, Layout, cells_of, is_number, layout_of
+from gimbal_hil.data.tables.labels import arranged
+from gimbal_hil.data.tables.layout import IN_BRACKETS, Layout, cells_of, is_number
 from gimbal_hil.data.tables.marks import ColumnMarks, MarkUse, marks_of, plain, without_marks
 from gimbal_hil.data.tables.moments import seconds_of
 from gimbal_hil.data.tables.raw import EMPTY_WORDS, Floats, OddLine, RawColumns, cleaned, told_apart
@@ -44,9 +45,10 @@ def read_text(path: Path, data: bytes) -> RawColumns:
     text, notes = decoded(path, data)
     lines = text.split("\n")
     cut = lines.pop()
-    layout = layout_of([*lines, cut] if cut else lines)
+    lines, layout = arranged([*lines, cut] if cut else lines)
     if layout is None:
         raise BadInputError(str(path), "is no table: no line of it has two cells", _EXPECTED)
+    cut = lines.pop() if cut else cut
     if cut and len(lines) >= _LEAST_LINES:
         notes.append(_of_a_cut_line(cut, len(lines) + 1, layout))
     elif cut:
@@ -89,7 +91,7 @@ def looks_like_rows(data: bytes, path: Path) -> bool:
     except BadInputError:
         return False
     lines = text.split("\n")
-    layout = layout_of(lines)
+    lines, layout = arranged(lines)
     if layout is None:
         return False
     rows = [cells_of(line, layout.between) for line in lines[layout.first :] if line.strip()]
@@ -106,6 +108,8 @@ def _units(names: Sequence[str], layout: Layout) -> dict[str, str]:
 
 
 def _of_the_layout(layout: Layout, lines: Sequence[str]) -> list[str]:
+    if layout.labelled:
+        return ["its cells carry the names of their columns: " + ", ".join(layout.names)]
     notes = []
     if layout.header is None:
         notes.append(f"has no header: its columns are called 1 to {layout.width}")
