@@ -17,6 +17,7 @@ from gimbal_hil.knowledge.discrepancy.laws.knots import (
     Factor,
     RangeSeen,
     basis,
+    bends_of,
     columns_of,
     knots_of,
     knots_where_it_bends,
@@ -99,7 +100,7 @@ class Foretold:
 
     judging = np.zeros(8 * ROWS, dtype=bool)
 
-    def foretold(self, columns: np.ndarray, channel: int) -> float:
+    def foretold(self, columns: np.ndarray, channel: int, bends: np.ndarray) -> float:
         return {3: 90.0, 4: 175.0, 5: 182.0, 7: 158.0, 9: 120.0, 12: 10.6, 16: 4.3}.get(columns.shape[1], 4.4)
 
 
@@ -218,6 +219,69 @@ def test_what_hangs_back_gets_its_slack_and_its_softness(monkeypatch: pytest.Mon
         found = curve.sharpened(inquiry, fitted, first)
         assert found.leaves < 1.3 and found.seen.shape.softness == pytest.approx(softness, abs=0.15)
         assert found.seen.shape.slack == pytest.approx(0.2, rel=0.1)
+
+
+def steep(furthest: float) -> tuple[Straight, np.ndarray]:
+    """A cube over a rate that only one stretch takes to its end, (rows,)."""
+    v = 1.0 * np.sin(np.linspace(0.0, 400.0, 4 * ROWS))
+    end = slice(2 * ROWS, 2 * ROWS + ROWS // 20)
+    v[end] = np.linspace(1.0, furthest, ROWS // 20)
+    left = np.random.default_rng(5).normal(size=len(v)) - 40.0 * v**3
+    return straight(left, np.zeros(len(v)), trust=0.1), v
+
+
+def test_a_curve_goes_straight_on_where_no_other_stretch_was() -> None:
+    fitted, v = steep(1.5)
+    knots = (tuple(np.linspace(-1.0, 1.5, 22)),)
+    columns = basis(v, knots[0])
+    shape = LawShape("axis", ActsOn.TORQUE, (Over.RATE,))
+    without, with_it = (fitted.foretold(columns, 0, bends) for bends in (None, bends_of(shape, knots)))
+    assert with_it < 0.2 * without
+
+
+def test_one_variable_that_draws_all_there_is_asks_for_no_second_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    fitted, v = steep(1.5)
+    x = np.cos(np.linspace(0.0, 130.0, len(v)))
+    monkeypatch.setattr(curve, "channel_of", lambda inquiry, axis: 0)
+    monkeypatch.setattr(curve, "columns_on", lambda inquiry, seen, knots: basis(seen.columns[0][0], knots[0]))
+    inquiry = cast(Inquiry, SimpleNamespace(twin=SimpleNamespace(records=(0,))))
+    seen = [
+        RangeSeen(LawShape("axis", ActsOn.TORQUE, (over,)), [(each,)], [])
+        for over, each in ((Over.RATE, v), (Over.POSITION, x))
+    ]
+    own, other = (curve.leaves_of_its_own(inquiry, fitted, one) for one in seen)
+    assert own < 1.5 < 100.0 < other
+
+
+def test_a_control_takes_nothing_by_a_known_number_that_it_sets_free() -> None:
+    """What a number does is the law and something of another time: with that it would draw the law."""
+    x = np.random.default_rng(5).uniform(-1.0, 1.0, 8 * ROWS)
+    law, shift = 20.0 * x**3, 0.31
+    left = np.random.default_rng(6).normal(size=len(x)) - law
+    other = np.roll(40.0 * np.cos(3.0 * x), int(shift * len(x)))
+    fitted = straight(left, law + other, trust=2.0)
+    knots = (tuple(np.linspace(-1.0, 1.0, 9)),)
+    seen = RangeSeen(LawShape("axis", ActsOn.TORQUE, (Over.POSITION,)), [(x,)], [])
+    one = curve.Tried(seen, knots, basis(x, knots[0]), 1.0)
+    taken = curve.control_of(fitted, one, 0, (shift,))
+    assert taken < 0.1 * np.mean(law**2)
+
+
+@pytest.mark.parametrize(
+    ("shape", "knots"),
+    [
+        (LawShape("axis", ActsOn.TORQUE, (Over.RATE,)), ((-1.0, 0.2, 0.5, 2.0),)),
+        (LawShape("axis", ActsOn.TORQUE, (Over.POSITION,), True), ((-1.0, 0.2, 0.5, 2.0),)),
+        (LawShape("axis", ActsOn.TORQUE, (Over.POSITION, Over.RATE)), ((-1.0, 0.2, 0.5, 2.0), (0.0, 1.0, 4.0))),
+    ],
+)
+def test_what_is_straight_does_not_bend(shape: LawShape, knots: Any) -> None:
+    first = np.array(knots[0])
+    values = np.outer(first, np.ones(len(knots[1]))) + knots[1] if len(knots) == 2 else first
+    flat = np.concatenate([values, 3.0 - values]) if shape.by_direction else np.ravel(values)
+    bends = bends_of(shape, knots)
+    np.testing.assert_allclose(bends @ flat, 0.0, atol=1e-12)
+    assert np.abs(bends @ flat**2).max() > 0.1
 
 
 def test_what_differs_in_its_memory_alone_takes_one_place_among_those_looked_at_closely() -> None:

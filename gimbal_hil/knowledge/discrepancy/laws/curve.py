@@ -15,6 +15,7 @@ from gimbal_hil.knowledge.discrepancy.laws.knots import (
     Knots,
     RangeSeen,
     basis,
+    bends_of,
     columns_of,
     knots_of,
     knots_where_it_bends,
@@ -30,6 +31,8 @@ COUNTS, ACROSS = (3, 4, 5, 7, 9, 12, 16, 22, 30, 42, 60, 85), ((4, 4), (7, 5), (
 BESIDE = (4, 7, 12, 22)
 #: knots by which shapes are compared first: with fewer the search for their number does not end
 FEW = 12
+#: those that draw nearly whatever there is
+_MANY = 42
 #: and those of a straight line
 _STRAIGHT = (2,)
 #: more knots must leave less by this share, or by so many squared floors
@@ -144,6 +147,11 @@ class Tried:
     #: of a product of two curves the one that is given
     factor: Factor | None = None
 
+    @property
+    def bends(self) -> Floats:
+        """By how much it bends, of those values."""
+        return bends_of(self.seen.shape, self.knots, self.factor)
+
     def spread(self, solved: Floats) -> Floats:
         """Values at all knots, of those of its columns."""
         return solved if self.factor is None else self.factor.spread(solved)
@@ -169,7 +177,8 @@ def tried(inquiry: Inquiry, straight: Straight, seen: RangeSeen, counts: tuple[i
         columns = columns_on(inquiry, seen, knots)
         if _ROWS_PER_VALUE * columns.shape[1] > int(np.sum(~straight.judging)):
             break
-        found.append(Tried(seen, knots, columns, straight.foretold(columns, channel)))
+        bends = bends_of(seen.shape, knots)
+        found.append(Tried(seen, knots, columns, straight.foretold(columns, channel, bends)))
         # a narrow bump shows only with knots enough to draw it
         least, drawn = min(one.leaves for one in found), len(knots) == 1 and len(knots[0]) > FEW
         if drawn and all(one.leaves > _enough(least) for one in found[-3:]):
@@ -178,6 +187,15 @@ def tried(inquiry: Inquiry, straight: Straight, seen: RangeSeen, counts: tuple[i
         return None
     least = min(one.leaves for one in found)
     return next(one for one in found if one.leaves <= _enough(least))
+
+
+def leaves_of_its_own(inquiry: Inquiry, straight: Straight, seen: RangeSeen) -> float:
+    """Squares a row that a curve of many knots leaves of the very rows that gave it: more than the variable says."""
+    channel, most = channel_of(inquiry, seen.shape.axis), len(inquiry.twin.records)
+    knots = (knots_of(seen.shape.over[0], *seen.range_of(0, most), _MANY),)
+    columns = columns_on(inquiry, seen, knots)
+    found = straight.solved(straight.normals(columns, channel, bends_of(seen.shape, knots)))
+    return float(np.mean(straight.after(columns, channel, found)[~straight.judging] ** 2))
 
 
 def sharpened(inquiry: Inquiry, straight: Straight, one: Tried) -> Tried:
@@ -197,9 +215,8 @@ def sharpened(inquiry: Inquiry, straight: Straight, one: Tried) -> Tried:
         for count in (count for count in COUNTS if count <= 2 * len(one.knots[0])):
             knots = (knots_where_it_bends(curve.knots[0], list(curve.rows), count),)
             columns = columns_on(inquiry, one.seen, knots)
-            found.append(
-                Tried(one.seen, knots, columns, straight.foretold(columns, channel_of(inquiry, curve.shape.axis)))
-            )
+            bends, channel = bends_of(curve.shape, knots), channel_of(inquiry, curve.shape.axis)
+            found.append(Tried(one.seen, knots, columns, straight.foretold(columns, channel, bends)))
         least = min(other.leaves for other in found)
         enough = [other for other in found if other.leaves <= _enough(least)]
         best = min(enough, key=lambda other: len(other.knots[0]))
@@ -283,13 +300,14 @@ def _times_another(
 def _turned(inquiry: Inquiry, straight: Straight, two: Tried) -> Factor:
     """Of a product the curve that was not given, as the one that is."""
     assert two.factor is not None
-    normals = straight.normals(two.columns, channel_of(inquiry, two.seen.shape.axis))
+    normals = straight.normals(two.columns, channel_of(inquiry, two.seen.shape.axis), two.bends)
     return Factor(1 - two.factor.which, straight.solved(normals).values)
 
 
 def _product(inquiry: Inquiry, straight: Straight, seen: RangeSeen, knots: Knots, factor: Factor) -> Tried:
     columns = columns_on(inquiry, seen, knots, factor)
-    return Tried(seen, knots, columns, straight.foretold(columns, channel_of(inquiry, seen.shape.axis)), factor)
+    bends, channel = bends_of(seen.shape, knots, factor), channel_of(inquiry, seen.shape.axis)
+    return Tried(seen, knots, columns, straight.foretold(columns, channel, bends), factor)
 
 
 def _enough(least: float) -> float:
@@ -316,7 +334,7 @@ def seen_of(inquiry: Inquiry, shape: LawShape) -> RangeSeen:
 def curve_from(inquiry: Inquiry, straight: Straight, one: Tried) -> Curve:
     """With values from all rows that may select, and the band in which other stretches would have put them."""
     channel = channel_of(inquiry, one.seen.shape.axis)
-    normals = straight.normals(one.columns, channel)
+    normals = straight.normals(one.columns, channel, one.bends)
     values = one.spread(straight.solved(normals).values)
     drawn = np.array([one.spread(straight.solved(normals, times).values) for times in _drawn(len(normals))])
     low, high = np.quantile(drawn, _BAND, axis=0)
@@ -331,15 +349,17 @@ def _drawn(folds: int) -> Floats:
 
 def control_of(straight: Straight, one: Tried, channel: int, shifts: tuple[float, ...]) -> float:
     """Squares a row of the untouched half that the best of its negative controls takes: the same curve over what the
-    variable was at other times, without the part that the curve itself could draw.
+    variable was at other times, without the part that the curve itself could draw. Known numbers stay: beside nonsense
+    that takes the rest of what they do they could draw the law themselves.
     """
     taken, judging = [], straight.judging
+    alone = replace(straight, numbers=np.zeros_like(straight.numbers))
     own = one.columns[~judging]
     for shift in shifts:
         rolled = np.roll(one.columns, int(shift * len(one.columns)), axis=0)
         alike = np.linalg.lstsq(own, rolled[~judging], rcond=1e-6)[0]
         columns = rolled - one.columns @ alike
-        left = straight.after(columns, channel, straight.solved(straight.normals(columns, channel)))
+        left = alone.after(columns, channel, alone.solved(alone.normals(columns, channel, one.bends)))
         taken.append(float(np.mean(straight.left[judging, channel] ** 2 - left[judging] ** 2)))
     return max(taken)
 
@@ -353,6 +373,7 @@ __all__ = [
     "columns_on",
     "control_of",
     "curve_from",
+    "leaves_of_its_own",
     "multiplied",
     "seen_of",
     "sharpened",

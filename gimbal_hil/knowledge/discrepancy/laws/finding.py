@@ -17,6 +17,7 @@ from gimbal_hil.knowledge.discrepancy.laws.curve import (
     columns_on,
     control_of,
     curve_from,
+    leaves_of_its_own,
     multiplied,
     seen_of,
     sharpened,
@@ -33,7 +34,7 @@ from sim_backend.model import AntennaModel, Over
 _MOST_LAWS, _CLOSE, _CROSSED = 3, 4, 2
 #: a plainer shape is taken that leaves no more than so many times what the best one does, and so many squared floors
 _AS_GOOD, _FLOORS = 1.15, 0.15
-#: two variables are looked at where one leaves more squares than this, of which they must take this share
+#: two variables are looked at where none alone leaves less squares than this, of which they must take this share
 _BOTH, _WORTH = 2.25, 0.4
 #: shifts of the negative controls; standard errors by which a law must pay, or the share of the untouched half's
 #: squares above the floor
@@ -176,7 +177,8 @@ def _best(found: Described, straight: Straight) -> Iterator[Tried]:
     if not closely:
         return
     least = min(one.leaves for one in closely)
-    if least > _BOTH:
+    # what one variable draws to its floor asks for no second one, however little some stretches say of others
+    if min([least, *(leaves_of_its_own(inquiry, straight, one.seen) for one in closely)]) > _BOTH:
         first = sorted(closely, key=lambda one: one.leaves)[:_CROSSED]
         if any(one.seen.shape.over == (Over.RATE,) for one in first):
             # the same as friction over speed, which others may have a part in
@@ -230,7 +232,7 @@ def _with(inquiry: Inquiry, found: Described, best: Tried, curve: Curve) -> tupl
     straight = Straight.of(once.inquiry, once.state)
     channel = channel_of(inquiry, curve.shape.axis)
     columns = columns_on(once.inquiry, seen_of(once.inquiry, curve.shape), curve.knots, best.factor)
-    more = curve.plus(best.spread(straight.solved(straight.normals(columns, channel)).values))
+    more = curve.plus(best.spread(straight.solved(straight.normals(columns, channel, best.bends)).values))
     twice = _under(inquiry, replace(once, model=found.model), more.entry(linear))
     left = [np.sum(one.state.fitted**2) + np.sum(one.state.selecting**2) for one in (once, twice)]
     return (more, twice) if left[1] < left[0] else (curve, once)

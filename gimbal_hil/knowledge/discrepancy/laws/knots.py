@@ -13,7 +13,7 @@ from sim_backend.model import ActsOn, Over
 #: knots over rates lie closer where they are small: the last is this far along a hyperbolic sine
 _CLOSER = 3.0
 #: of the rows this share lies outside the knots at either end: a single row is no end
-_ENDS = 0.0005
+_ENDS = 0.00005
 #: places at which a curve's bend is looked at, and the part of knots that is spread evenly, beside one of the bend's
 _GRID, _EVEN = 2000, 0.3
 Knots = tuple[tuple[float, ...], ...]
@@ -81,6 +81,26 @@ def basis(x: Floats, knots: tuple[float, ...]) -> Floats:
         t = (x - knots[0]) / (knots[1] - knots[0])
         return np.column_stack([1.0 - t, t])
     return np.asarray(CubicSpline(knots, np.eye(len(knots)), bc_type="natural")(x))
+
+
+def bends_of(shape: LawShape, knots: Knots, factor: Factor | None = None) -> Floats:
+    """By how much a law bends at its knots, (places, values), in the unit of its values."""
+    if factor is not None:
+        return _bends(knots[1 - factor.which])
+    if len(knots) == 2:
+        first, second = (np.eye(len(part)) for part in knots)
+        return np.vstack([np.kron(_bends(knots[0]), second), np.kron(first, _bends(knots[1]))])
+    one = _bends(knots[0])
+    return np.asarray(np.kron(np.eye(2), one)) if shape.by_direction else one
+
+
+def _bends(knots: tuple[float, ...]) -> Floats:
+    """Of neighbours that are three: slope after less slope before, times the shorter way."""
+    found = np.zeros((max(len(knots) - 2, 0), len(knots)))
+    for k, (a, b, c) in enumerate(zip(knots, knots[1:], knots[2:], strict=False)):
+        before, after = min(b - a, c - b) / (b - a), min(b - a, c - b) / (c - b)
+        found[k, k : k + 3] = before, -before - after, after
+    return found
 
 
 def _straight(x: Floats, knots: tuple[float, ...]) -> Floats:

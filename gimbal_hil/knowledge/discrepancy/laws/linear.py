@@ -18,8 +18,10 @@ from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State, weighing_of
 from gimbal_hil.knowledge.discrepancy.twin import Floats, Twin
 
 _STEP = 0.02
-#: of a curve's own normal matrix, so that knots which no row speaks of stay where the others lead
-_RIDGE = 1e-7
+#: of a curve's own normal matrix, so that it can be solved
+_RIDGE = 1e-11
+#: and what a bend costs, of the same: a knot that no row speaks of lies straight on from the others
+_STIFF = 1e-5
 #: parts of which each is asked what the others say, stretches of each in every log, so that all parts see the same
 #: range; and the rows that only judge
 FOLDS, _STRETCHES, JUDGES = 4, 5, -1
@@ -93,14 +95,20 @@ class Straight:
         """Rows of the untouched half."""
         return self.fold == JUDGES
 
-    def normals(self, columns: Floats, channel: int) -> tuple[Normal, ...]:
-        """Of curve and known numbers, by fold; `columns` (rows, values) are what the curve does to its channel."""
+    def normals(self, columns: Floats, channel: int, bends: Floats | None = None) -> tuple[Normal, ...]:
+        """Of curve and known numbers, by fold; `columns` (rows, values) are what the curve does to its channel, and
+        `bends` (places, values) by how much it bends where: what no row speaks of goes straight on.
+        """
         found = []
+        stiff = np.zeros((columns.shape[1],) * 2)
+        if bends is not None and bends.size:
+            size = np.sum((self.weight * columns[~self.judging]) ** 2) / columns.shape[1]
+            stiff = _STIFF * size / len(self.known) * bends.T @ bends
         for k, known in enumerate(self.known):
             mine = self.fold == k
             B = self.weight * columns[mine]
             cross = B.T @ (self.weight * self.numbers[mine][:, channel, :])
-            matrix = np.block([[B.T @ B, cross], [cross.T, known.matrix]])
+            matrix = np.block([[B.T @ B + stiff, cross], [cross.T, known.matrix]])
             found.append(Normal(matrix, np.concatenate([-B.T @ (self.weight * self.left[mine, channel]), known.side])))
         return tuple(found)
 
@@ -132,9 +140,9 @@ class Straight:
         moved = self.numbers[:, channel, :] @ found.moved
         return np.asarray(self.left[:, channel] + moved + columns @ found.values)
 
-    def foretold(self, columns: Floats, channel: int) -> float:
+    def foretold(self, columns: Floats, channel: int, bends: Floats | None = None) -> float:
         """Squares a row that a curve leaves of stretches which did not give it, in squared floors."""
-        normals = self.normals(columns, channel)
+        normals = self.normals(columns, channel, bends)
         total = 0.0
         for k in range(FOLDS):
             found = self.solved(normals, np.where(np.arange(FOLDS) == k, 0.0, 1.0))
