@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers import CONTAINERS, contents_of, guess
+from gimbal_hil.data.containers.guessing import Found, guessed
 from gimbal_hil.data.signals import ColumnMap, read_signals
 from gimbal_hil.surface.checking import check_files
 from tests.containers import written
@@ -228,3 +229,9 @@ def test_of_a_multiplexed_message_the_frames_without_a_signal_are_no_rows_of_it(
     table = read_signals(tmp_path / "bus.log", ("joint",), columns=words)
     assert len(table) == 500 and table.period_s == pytest.approx(0.002, rel=1e-6)
     assert table.position("joint") == pytest.approx(angle, abs=1e-9)
+
+
+def test_the_joint_that_is_called_as_the_axis_is_taken_whatever_the_topic_is_called() -> None:
+    names = [f"/joint_states.{signal}[{joint}]" for signal in ("position", "effort") for joint in ("base", "joint")]
+    words = guessed([Found(name) for name in names], ("joint",))
+    assert words == ("joint.position=/joint_states.position[joint]", "joint.torque=/joint_states.effort[joint]")

@@ -56,3 +56,8 @@ def test_a_torque_that_is_known_tells_it_and_without_numbers_nothing_is_said(mod
     assert told(model, table(**{"joint.torque_known": known}), estimate("inertia", 0.03)) == []
     unknown = replace(estimate("inertia", 0.03), verdict=Determination.NOT_IDENTIFIED)
     assert told(model, table(), unknown) == []
+
+
+def test_an_inertia_that_is_two_pi_times_the_models_is_told_as_a_position_in_turns(model: AntennaModel) -> None:
+    (text,) = told(model, table(), estimate("coulomb", 0.05), estimate("inertia", 0.1243))
+    assert "about 2 pi" in text and "--column joint.position=COLUMN:turn" in text

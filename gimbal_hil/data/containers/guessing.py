@@ -89,6 +89,8 @@ def guessed(columns: Sequence[Found], axes: Sequence[str], taken: Sequence[str] 
             if f"{axis}.{signals[0]}" in taken:
                 continue
             own = [one for one in best if axis.lower() in one[1].column.lower()]
+            # of /joint_states.position[base] and [joint] only the second is of an axis that is called joint
+            own.sort(key=lambda one: f"[{axis.lower()}]" not in one[1].column.lower())
             rest = [one for one in best if not any(name.lower() in one[1].column.lower() for name in axes)]
             for signal, found, unit in own[:1] or rest[place : place + 1]:
                 words.append(f"{axis}.{signal}={found.column}" + (f":{unit}" if unit else ""))

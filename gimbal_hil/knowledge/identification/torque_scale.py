@@ -17,6 +17,7 @@ from sim_backend.model import AntennaModel
 _SAYS_IT = 0.1
 #: an inertia within this share of the model's vouches for the torque: both would have to be off alike
 _SAME = 0.1
+_TURN = 2.0 * np.pi
 
 
 def scale_findings(
@@ -39,6 +40,12 @@ def scale_findings(
         times = inertia.value / own
         if abs(times - 1.0) <= _SAME:
             return ()
+        if not model.is_linear and abs(times / _TURN - 1.0) <= _SAME:
+            turns = (
+                f"the inertia is {times:.3g} times the model's {own:.4g}, about 2 pi: the position seems to be in "
+                f"turns, as ODrive and moteus log it, and is read in radians: --column {axis}.position=COLUMN:turn"
+            )
+            return (DataWarning("position_in_turns", turns, axis, frozenset(told)),)
         text += f". The inertia is {times:.3g} times the model's {own:.4g}: if that one is known, this is the factor"
     return (DataWarning("torque_scale", text, axis, frozenset(told)),)
 
