@@ -4,7 +4,7 @@ Two logs a side, each of its own trajectory, of one joint (`tests/change/rig.py`
 draws the model lacks a ripple, a spring or a gain on both sides, and what a person believes of inertia, Coulomb level
 and viscous friction is off by up to 10, 15 and 20 %.
 
-    python -m tests.benchmarks.what_changed --draws 10 --out changed.jsonl [null coulomb ripple spring gain]
+    python -m tests.benchmarks.what_changed --draws 10 --out changed.jsonl [KIND...]
     python -m tests.benchmarks.what_changed --out changed.jsonl --draws 0
 
 Finished draws stay in the file and are not made again; a line a draw is printed, then a table a kind.
@@ -25,7 +25,8 @@ from gimbal_hil.knowledge.change import compare, document_of
 from tests.change.rig import Machine
 
 #: what is planted, and the name that it should be told by
-KINDS = {"null": None, "coulomb": "coulomb", "ripple": "cogging", "spring": "cable_spring", "gain": "torque_gain"}
+KINDS = {"null": None, "coulomb": "coulomb", "ripple": "cogging", "spring": "cable_spring", "gain": "torque_gain",
+         "viscous": "viscous", "inertia": "inertia"}  # fmt: skip
 FIRST_SEED = 8000
 Draw = dict[str, Any]
 
@@ -71,6 +72,8 @@ def _changed(kind: str, before: Machine, random: np.random.Generator) -> dict[st
         },
         "spring": {"spring": before.spring + 0.025 + 0.03 * size},
         "gain": {"gain": before.gain * (1.0 + sign * (0.1 + 0.1 * size))},
+        "viscous": {"viscous": before.viscous * (1.0 + sign * (0.3 + 0.2 * size))},
+        "inertia": {"inertia": before.inertia * (1.0 + sign * (0.1 + 0.1 * size))},
     }[kind]
 
 

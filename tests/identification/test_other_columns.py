@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import butter, lfilter
 
 from gimbal_hil.knowledge.identification import RigidAxisFit, RigidAxisRule, fit_rigid_axis
 from gimbal_hil.knowledge.identification.estimate import Determination
@@ -35,6 +36,15 @@ def test_a_torque_that_was_read_every_few_rows_leaves_intervals_that_hold_the_tr
     sampled = np.append(torque[:1], 0.5 * (torque[1:] + torque[:-1]))
     at = np.ceil(np.floor(places / rows + 1e-9) * rows - 1e-9).astype(int)
     holds_the_truth(fitted(k, sampled[at]), *NUMBERS)
+
+
+@pytest.mark.parametrize("k", [0, 1])
+@pytest.mark.parametrize("hertz", [15.0, 30.0, 60.0])
+def test_a_position_behind_a_low_pass_leaves_intervals_that_hold_the_truth(k: int, hertz: float) -> None:
+    position = lfilter(*butter(1, hertz / 250.0), LOGS[k].position)
+    fit = fitted(k, LOGS[k].torque, position)
+    assert fit.timing.late.high < 0.0
+    holds_the_truth(fit, *NUMBERS)
 
 
 @pytest.mark.parametrize("k", [0, 1])

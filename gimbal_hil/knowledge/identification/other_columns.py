@@ -23,9 +23,11 @@ from gimbal_hil.knowledge.identification.smoothed_log import SmoothedColumn, Smo
 _LEAST_ROWS, _MOST_ROWS, _FEWEST, _ALMOST_ALL = 1.8, 50.0, 50, 0.9
 #: a torque has few steps where its largest is fewer of them than this; its numbers are whole ones to this share of one
 _FEW_STEPS, _WHOLE = 200.0, 1e-3
-#: a torque that was cut off is possible where the squares that are left are at most so many times those of the other
-#: reading, and certain where they are at most this share of them
+#: another reading (a torque that was cut off, a position behind a low-pass) is possible where the squares that are left
+#: are at most so many times those of the plain one, and certain where they are at most this share of them
 _POSSIBLE, _CERTAIN = 1.5, 0.5
+#: rounds in which the lag of a position settles
+_ROUNDS = 3
 
 Ripples = tuple[OverPosition, ...]
 Problems = list[tuple[ShiftedProblem, Vector]]
@@ -101,6 +103,17 @@ def refreshed_problems(motion: AxisMotion, ripples: Ripples) -> Iterator[tuple[S
     if rows > 1.0:
         mean = Smoothing.mean_over(rows * motion.step_s)
         yield from motion.problems(ripples, SmoothedLog(SmoothedColumn.TORQUE, mean))
+
+
+def lagged_position(motion: AxisMotion, ripples: Ripples, early: ShiftedFit) -> tuple[ShiftedFit, ...]:
+    """The fit of an early torque in which the position is late by a low-pass of first order, where it leaves about as
+    little: such a position is a little too small as well.
+    """
+    rate, lag_s, fit = np.gradient(motion.position, motion.step_s), 0.0, early
+    for _ in range(_ROUNDS):
+        lag_s -= fit.shift_s
+        fit = fit_shifted(next(replace(motion, position=motion.position + lag_s * rate).problems(ripples))[0])
+    return (fit,) if early.shift_s < 0.0 and fit.cost <= _POSSIBLE * early.cost else ()
 
 
 def fits_of(problems: Problems, near: ShiftedFit) -> list[ShiftedFit]:

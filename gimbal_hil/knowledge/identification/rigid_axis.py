@@ -28,7 +28,13 @@ from gimbal_hil.knowledge.identification.estimate import (
 )
 from gimbal_hil.knowledge.identification.least_squares import Matrix
 from gimbal_hil.knowledge.identification.log_parts import DEPENDENT, FEWEST_ROWS, LogParts, block_bootstrap, parts_apart
-from gimbal_hil.knowledge.identification.other_columns import fits_of, refreshed_problems, two_clocks, uncut_torque
+from gimbal_hil.knowledge.identification.other_columns import (
+    fits_of,
+    lagged_position,
+    refreshed_problems,
+    two_clocks,
+    uncut_torque,
+)
 from gimbal_hil.knowledge.identification.over_position import over_position
 from gimbal_hil.knowledge.identification.position_ripple import OverPosition, PositionSlope
 from gimbal_hil.knowledge.identification.smoothed_log import SmoothedColumn, SmoothedLog
@@ -164,6 +170,8 @@ def fit_rigid_axis(
     timing = replace(_timing(shifted, step, rule.time_stated), sought_s=problems[0][0].most_s)
     if timing.used and timing.late.low > 0.0:
         shifted += [_replicates(fit, seed) for fit in _perhaps_lagged(problems[0][0], fits[0])]
+    elif timing.used and not likely:
+        shifted += [_replicates(fit, seed) for fit in lagged_position(motion, ripples, fits[0])]
     plain = problems[0][0]
     fit = (
         fit_at(plain, timing.late_s - timing.lag_s, timing.lag_s, 1 + (timing.lag_s > 0.0))
