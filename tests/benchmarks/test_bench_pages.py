@@ -49,7 +49,7 @@ def test_cost_in_proportion_has_the_power_one() -> None:
 def test_effects_have_a_table_of_their_own_on_the_speed_page() -> None:
     figures = [Figure(name, 1.0, "ns", "a sine", 2.0, 1.5, 2.5, 9) for name in ("plant step", "step with cogging")]
     page = bench_page(speed_blocks(figures), "gimbal-hil bench").render()
-    assert "What each effect costs" in page and ">cogging<" in page
+    assert "What each effect costs" in page and ">cogging<" in page and "Cost of one effect" in page
     assert "step with cogging" in bench_text(figures)
 
 

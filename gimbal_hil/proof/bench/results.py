@@ -9,9 +9,14 @@ from collections.abc import Sequence
 
 from firmware_protocol.version import __version__
 from gimbal_hil.loop.timing import wall_clock_utc
-from gimbal_hil.pages.report import Block, Callout, Heading, Page, Table, Text
+from gimbal_hil.pages.plots import ALERT, MEASURED, Drawing, figure
+from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, Text
 from gimbal_hil.proof.bench.figures import Figure
 from gimbal_hil.proof.bench.speed import STEP_WITH
+
+#: pixels of an effect's row, and of what is around the rows
+_ROW, _AROUND = 24, 110
+_COSTS_CAPTION = "Dots are medians over the pairs, lines their extremes; the upright line is the target: below it."
 
 HEADER = ("Figure", "Value", "Beside", "Ratio", "Spread", "Pairs", "Target")
 PACKAGES = ("numba", "numpy", "mujoco", "pin", "pyarrow")
@@ -55,11 +60,33 @@ def speed_blocks(figures: Sequence[Figure]) -> list[Block]:
         Text(about),
         Table(HEADER, [figure.as_row() for figure in figures if figure not in effects]),
         Heading("What each effect costs"),
+        Plot(_costs(effects), _COSTS_CAPTION),
         Table(
             ("Effect", *HEADER[1:]),
             [[figure.name.removeprefix(STEP_WITH).replace("_", " "), *figure.as_row()[1:]] for figure in effects],
         ),
     ]
+
+
+def _costs(effects: Sequence[Figure]) -> Drawing:
+    """A row for each effect, the dearest on top: a dot at the median, its line over the pairs, the target upright."""
+    ranked = sorted(effects, key=lambda one: one.ratio, reverse=True)
+    drawn = figure("Cost of one effect", "plant step with it over step without [-]", "", _AROUND + _ROW * len(ranked))
+    upper = [one.ratio_high - one.ratio for one in ranked]
+    lower = [one.ratio - one.ratio_low for one in ranked]
+    drawn.add_scatter(
+        x=[one.ratio for one in ranked],
+        y=[one.name.removeprefix(STEP_WITH).replace("_", " ") for one in ranked],
+        mode="markers",
+        name="median, extremes",
+        marker=dict(color=MEASURED, size=9),
+        error_x=dict(type="data", symmetric=False, array=upper, arrayminus=lower, thickness=1, color=MEASURED),
+    )
+    for limit in sorted({one.target.limit for one in effects if one.target is not None}):
+        drawn.add_vline(x=limit, color=ALERT, width=1.5)
+    drawn.update_yaxes(autorange="reversed")
+    drawn.update_layout(hovermode="y unified")
+    return drawn
 
 
 def _targets(figures: Sequence[Figure]) -> Callout:
