@@ -24,11 +24,15 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("config", "firmware_protocol", "gimbal_hil", "sim_backend")
 #: run in the commit's own tree: says "ready" and its works, then for each work asked for by name what it took
 WORKER = """
-import gc, sys, time
+import gc, os, sys, time
 tree = sys.argv[1]; sys.path.insert(0, tree)
 import gimbal_hil; assert gimbal_hil.__file__.startswith(tree), gimbal_hil.__file__
-from gimbal_hil.proof.bench import speed
-from gimbal_hil.loop.settings import shipped_settings
+if os.path.exists(os.path.join(tree, "gimbal_hil", "proof")):
+    from gimbal_hil.proof.bench import speed
+    from gimbal_hil.loop.settings import shipped_settings
+else:  # a commit from before the districts
+    from gimbal_hil.bench import speed
+    from gimbal_hil.settings import shipped_settings
 from sim_backend.model import shipped_model
 settings, model = shipped_settings(), shipped_model()
 def compiled_path(keep, every):
