@@ -175,7 +175,7 @@ def test_detuned_thesis_gains_keep_the_margin_that_the_printed_ones_lack() -> No
 
 
 #: whose gains or friction levels are searched anew, which takes a while
-SEARCHED = {"tuned_pointing", "tuned_both", "h_infinity", "learned", "lqg"}
+SEARCHED = {"tuned_pointing", "tuned_both", "h_infinity", "learned", "levels", "lqg", "mpc"}
 
 
 @pytest.mark.parametrize("name", heavy_but(CONTROLLERS.keys() - SEARCHED, sorted(CONTROLLERS)))

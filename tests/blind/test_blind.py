@@ -114,6 +114,7 @@ def test_a_sealed_seed_is_that_of_the_release_s_commit(tmp_path: Path) -> None:
         sealed_seed("v99.99.99", checkout)
 
 
+@pytest.mark.heavy
 def test_the_data_folder_holds_logs_and_model_and_nothing_of_the_truth(tmp_path: Path) -> None:
     job = Job("known.0", {"rig": "plain", "off": 0.10, "wrong": Wrong(2, 0.25, 0.25)} | SHORT, Stated.MEASURED)
     write_case(job, 1, tmp_path)
@@ -377,6 +378,7 @@ def test_a_bench_that_is_done_is_done(workers: int, tmp_path: Path) -> None:
 COMMAND = [sys.executable, "-c", "from gimbal_hil.surface.cli import main; main()", "bench", "blind"]
 
 
+@pytest.mark.heavy
 def test_the_exit_code_of_the_command_is_the_benchs_and_paths_are_meant_from_where_it_was_given(
     tmp_path: Path,
 ) -> None:

@@ -153,6 +153,7 @@ def test_every_container_stands_in_the_registry_once() -> None:
     assert len({one.name for one in CONTAINERS}) == len(CONTAINERS) >= 9
 
 
+@pytest.mark.heavy
 @settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     name=st.sampled_from([name for name in WRITTEN if name not in ("bag", "bag.mcap")]),

@@ -72,6 +72,7 @@ def plants() -> Iterator[list[RunningPlant]]:
             plant.process.communicate()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("kind", heavy_but(("unix",), LINKS))
 def test_a_step_over_a_real_driver_stack_and_an_antenna_that_goes_away_and_comes_back(
     tmp_path: Path, plants: list[RunningPlant], kind: str

@@ -126,6 +126,7 @@ def test_a_joint_without_bristle_is_held_by_friction_while_it_rests() -> None:
     assert np.all(squares[(rows < 2.7) | (rows > 6.3)] == 0.0)
 
 
+@pytest.mark.heavy
 def test_a_gap_that_only_the_hold_out_has_is_searched_there_and_stays_a_guess() -> None:
     logs = []
     for speed in (0.1, 1.0):

@@ -94,6 +94,7 @@ class Ends(Silent):
             raise KeyboardInterrupt
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("place", heavy_but((0,), (0, 3)))
 def test_parts_that_were_stopped_go_on_to_the_same_end(tmp_path: Path, whole: Outcome, place: int) -> None:
     experiment = fast_sliding()

@@ -16,6 +16,7 @@ from tests.improvement.sessions import improved, task_of, virtual
 COGGING = {"amplitude": 0.03, "order": 12.0, "phase": 0.7}
 
 
+@pytest.mark.heavy
 def test_an_antenna_without_hidden_effects_ends_at_the_floor_after_two_surveys_with_the_model_unchanged(
     tmp_path: Path,
 ) -> None:

@@ -31,6 +31,7 @@ def begin(capsys: pytest.CaptureFixture[str], folder: Path, *words: str) -> tupl
     return end.value.code, said.out, said.err
 
 
+@pytest.mark.heavy
 def test_without_a_single_number_the_antenna_steps_and_settles(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

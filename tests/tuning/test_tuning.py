@@ -165,6 +165,7 @@ def test_a_margin_that_nothing_keeps_is_said_by_axis() -> None:
         tuned(shipped_settings(), shipped_model("realistic"), "realistic", 1.9)
 
 
+@pytest.mark.heavy
 def test_the_command_writes_a_file_that_check_accepts_with_its_comments(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
