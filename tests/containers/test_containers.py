@@ -236,3 +236,11 @@ def test_the_joint_that_is_called_as_the_axis_is_taken_whatever_the_topic_is_cal
     names = [f"/joint_states.{signal}[{joint}]" for signal in ("position", "effort") for joint in ("base", "joint")]
     words = guessed([Found(name) for name in names], ("joint",))
     assert words == ("joint.position=/joint_states.position[joint]", "joint.torque=/joint_states.effort[joint]")
+
+
+def test_a_position_that_a_drive_logs_in_turns_is_read_in_turns() -> None:
+    odrive = [Found(name) for name in ("timestamp", "axis0.pos_estimate", "axis0.Iq_setpoint")]
+    assert guessed(odrive, ("joint",))[0] == "joint.position=axis0.pos_estimate:turn"
+    moteus = [Found(f"joint.{name}") for name in ("POSITION", "TORQUE", "MODE")]
+    assert guessed(moteus, ("joint",))[0] == "joint.position=joint.POSITION:turn"
+    assert guessed(moteus[:2], ("joint",))[0] == "joint.position=joint.POSITION"

@@ -10,7 +10,7 @@ import pytest
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.identification.estimate import Determination, Estimate, Interval
 from gimbal_hil.knowledge.identification.rigid_load import axis_load
-from gimbal_hil.knowledge.identification.torque_scale import scale_findings
+from gimbal_hil.knowledge.identification.torque_scale import scale_findings, without_doubted
 from sim_backend.model import AntennaModel, load_model
 from tests.cases.joint import MODEL, swinging
 
@@ -61,3 +61,14 @@ def test_a_torque_that_is_known_tells_it_and_without_numbers_nothing_is_said(mod
 def test_an_inertia_that_is_two_pi_times_the_models_is_told_as_a_position_in_turns(model: AntennaModel) -> None:
     (text,) = told(model, table(), estimate("coulomb", 0.05), estimate("inertia", 0.1243))
     assert "about 2 pi" in text and "--column joint.position=COLUMN:turn" in text
+
+
+def test_nothing_that_a_position_in_turns_makes_wrong_is_called_identified(model: AntennaModel) -> None:
+    viscous = replace(estimate("viscous", 0.1287), unit="N m s/rad")
+    both = (replace(estimate("coulomb", 0.05), unit="N m"), viscous)
+    known = (*both, replace(estimate("inertia", 0.1243), unit="kg m^2"))
+    one = table()
+    found = scale_findings(axis_load(one, model, "joint"), one, model, "joint", known)
+    assert found[0].concerns == {"viscous", "inertia"}
+    verdicts = [e.verdict is Determination.IDENTIFIED for e in without_doubted(known, found)]
+    assert verdicts == [True, False, False] and without_doubted(known, ()) == known

@@ -11,6 +11,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers import contents_of
 from gimbal_hil.data.signals import ColumnMap, read_signals
 from gimbal_hil.surface.checking import FileKind, check_files
+from tests.cases.joint import MODEL
 from tests.tables.joint import Q, T, U, lines
 
 
@@ -49,3 +50,12 @@ def test_a_folder_of_ros_2_that_is_called_as_a_bag_of_ros_1_is_refused_with_what
     (folder / "metadata.yaml").write_text("rosbag2_bagfile_information: {}\n")
     with pytest.raises(BadInputError, match=r"mv run\.bag run_bag"):
         contents_of(folder)
+
+
+def test_a_current_without_a_torque_constant_is_told_with_what_to_add(tmp_path: Path) -> None:
+    (tmp_path / "model.yaml").write_text(MODEL.replace(", torque_constant: 1.8", ""))
+    rows = [f"{t:.4f},{q / 6.283185307:.7f},{u / 0.062:.6f}" for t, q, u in zip(T, Q, U, strict=True)]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["timestamp,axis0.pos_estimate,axis0.Iq_setpoint", *rows]) + "\n")
+    seen = check_files([path, tmp_path / "model.yaml"], ("joint",))[0]
+    assert seen.reads_as[2] == "joint.torque=axis0.Iq_setpoint:KT*N m" and "N m of one ampere for KT" in seen.text

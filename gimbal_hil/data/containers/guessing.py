@@ -93,6 +93,7 @@ def guessed(columns: Sequence[Found], axes: Sequence[str], taken: Sequence[str] 
             own.sort(key=lambda one: f"[{axis.lower()}]" not in one[1].column.lower())
             rest = [one for one in best if not any(name.lower() in one[1].column.lower() for name in axes)]
             for signal, found, unit in own[:1] or rest[place : place + 1]:
+                unit = unit or (_unit_of_drive(found.column, columns) if signal == "position" else "")
                 words.append(f"{axis}.{signal}={found.column}" + (f":{unit}" if unit else ""))
     return tuple(words)
 
@@ -129,6 +130,15 @@ def _points(found: Found, signal: str) -> tuple[int, str]:
     points -= 2 if _WANTED & set(tokens) and signal == "position" else 0
     is_si = fits and any(unit_size(stated, si) == (1.0, 0.0) for si in _UNITS[signal])
     return points, "" if is_si else stated if fits else "" if of_another else found.unit
+
+
+def _unit_of_drive(column: str, columns: Sequence[Found]) -> str:
+    """Turns where a name without a unit is of a drive that logs them: ODrive's pos_estimate, and the POSITION of
+    moteus beside its MODE.
+    """
+    prefix, _, last = column.rpartition(".")
+    beside = {one.column.rpartition(".")[2] for one in columns if one.column.rpartition(".")[0] == prefix}
+    return "turn" if last == "pos_estimate" or (last == "POSITION" and "MODE" in beside) else ""
 
 
 def _unit_tail(name: str) -> str:

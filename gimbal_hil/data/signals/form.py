@@ -229,7 +229,8 @@ def _known_columns(raw: RawColumns, named: AxisNames) -> tuple[list[str], list[s
                 raise BadInputError(
                     f"{raw.path}: column {axis}.current", "is in amperes and the model does not say what torque they "
                                                           "make",
-                    f"axes.{axis}.actuator.torque_constant in the model, or the column {name}",
+                    f"axes.{axis}.actuator.torque_constant in the model, or in place of the current --column "
+                    f"'{name}={raw.called.get(f'{axis}.current', 'COLUMN')}:KT*N m' with N m per ampere for KT",
                 )  # fmt: skip
         elif name not in raw.values:
             raw.require_certain(name)

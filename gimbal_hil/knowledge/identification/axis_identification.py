@@ -39,7 +39,7 @@ from gimbal_hil.knowledge.identification.segments import TorqueSource
 from gimbal_hil.knowledge.identification.sliding import LEAST_POINTS, MapHalf, StaticFit, fit_static
 from gimbal_hil.knowledge.identification.stiffness import disagreement, doubted, with_own_error
 from gimbal_hil.knowledge.identification.stribeck import LUGRE_NAMES, LUGRE_UNITS, LugreFriction, StaticFriction
-from gimbal_hil.knowledge.identification.torque_scale import scale_findings
+from gimbal_hil.knowledge.identification.torque_scale import scale_findings, without_doubted
 from gimbal_hil.knowledge.identification.velocity_map import VelocityMap, measure_velocity_map
 from sim_backend.model import AntennaModel
 
@@ -124,6 +124,11 @@ def identify_axis(
     disagreeing = disagreement(presliding, dynamic, axis)
     said = doubted(dynamic) if disagreeing else dynamic
     estimates = _final(prior, velocity_map, static, presliding, said, rigid[0])
+    scale: tuple[DataWarning, ...] = ()
+    if rigid[0] is not None:
+        table = _longest(logs).table
+        scale = scale_findings(axis_load(table, model, axis), table, model, axis, estimates)
+        estimates = without_doubted(estimates, scale)
     usable = [e for e in estimates if e.name in LUGRE_NAMES and np.isfinite(e.value)]
     friction = prior.with_values(tuple(e.name for e in usable), np.array([e.value for e in usable]))
     broken = _break_aways(evidence, friction, step)
@@ -143,8 +148,7 @@ def identify_axis(
         findings += rigid[0].timing.findings(axis)
         findings += [] if rigid[0].parts is None else [rigid[0].parts.finding(axis)]
         findings += [smoothed.finding(axis) for smoothed in rigid[0].smoothed[:1]]
-        table = _longest(logs).table
-        findings += scale_findings(axis_load(table, model, axis), table, model, axis, estimates)
+        findings += scale
         findings += [ripple.finding(axis, model.is_linear) for ripple in rigid[0].ripples]
     found = AxisIdentification(
         axis=axis,

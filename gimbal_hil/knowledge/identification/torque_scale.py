@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from gimbal_hil.data.signals import SignalsTable
-from gimbal_hil.knowledge.identification.estimate import DataWarning, Determination, Estimate
+from gimbal_hil.knowledge.identification.estimate import DataWarning, Determination, Estimate, withheld
 from gimbal_hil.knowledge.identification.rigid_load import AxisLoad
 from sim_backend.model import AntennaModel
 
@@ -18,6 +18,7 @@ _SAYS_IT = 0.1
 #: an inertia within this share of the model's vouches for the torque: both would have to be off alike
 _SAME = 0.1
 _TURN = 2.0 * np.pi
+_IN_TURNS = "position_in_turns"
 
 
 def scale_findings(
@@ -45,9 +46,28 @@ def scale_findings(
                 f"the inertia is {times:.3g} times the model's {own:.4g}, about 2 pi: the position seems to be in "
                 f"turns, as ODrive and moteus log it, and is read in radians: --column {axis}.position=COLUMN:turn"
             )
-            return (DataWarning("position_in_turns", turns, axis, frozenset(told)),)
+            return (DataWarning(_IN_TURNS, turns, axis, frozenset(e.name for e in told.values() if _has_angle(e))),)
         text += f". The inertia is {times:.3g} times the model's {own:.4g}: if that one is known, this is the factor"
     return (DataWarning("torque_scale", text, axis, frozenset(told)),)
+
+
+def without_doubted(estimates: tuple[Estimate, ...], findings: tuple[DataWarning, ...]) -> tuple[Estimate, ...]:
+    """The estimates without those that a position in turns would have made wrong: of them the prior stays."""
+    if not any(one.rule == _IN_TURNS for one in findings):
+        return estimates
+    reason = "the position seems to be in turns, and this number depends on its unit"
+    experiment = "the same log, with the unit of its position stated"
+    return tuple(
+        withheld(one.name, one.unit, one.prior, reason, experiment)
+        if _has_angle(one) and one.verdict is not Determination.NOT_IDENTIFIED
+        else one
+        for one in estimates
+    )
+
+
+def _has_angle(estimate: Estimate) -> bool:
+    """Whether the number changes with the unit of the position."""
+    return "rad" in estimate.unit or estimate.name == "inertia"
 
 
 def _and(names: list[str]) -> str:

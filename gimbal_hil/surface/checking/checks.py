@@ -211,13 +211,16 @@ def _signals(path: Path, _document: dict[str, object], axes: tuple[str, ...], lo
     if contents is not None and not _is_ours(contents, axes):
         words = guess(contents, named)
         whole = is_read_by(("time_s=", *words), named)
-        return _Seen("\n".join(survey(contents, words, whole)), reads_as=words, is_strange=not whole)
+        words, open_words = _as_torques(words, logs.model)
+        lines = survey(contents, words, whole) + open_words
+        return _Seen("\n".join(lines), reads_as=words, is_strange=not whole)
     if contents is None and not columns.sources:
         raw = read_table(path)
         if _is_a_strangers(raw, axes):
             words = guessed_words(raw, named)
             whole = is_read_by(words, named)
-            lines = survey(contents_of_table(raw), words, whole)
+            words, open_words = _as_torques(words, logs.model)
+            lines = survey(contents_of_table(raw), words, whole) + open_words
             return _Seen("\n".join(lines), reads_as=words, is_strange=not whole)
         axes = axes or _axes_in(raw.values)
     axes = axes or _axes_in(columns.sources)
@@ -231,6 +234,22 @@ def _signals(path: Path, _document: dict[str, object], axes: tuple[str, ...], lo
     unmodelled = axes if logs.model is None and axes != (OUTER, INNER) else ()
     text = f"{len(table)} rows at {1.0 / table.period_s:g} Hz, axes {' and '.join(axes)}{notes}"
     return _Seen(text, unmodelled=unmodelled)
+
+
+def _as_torques(words: Sequence[str], model: AntennaModel | None) -> tuple[tuple[str, ...], list[str]]:
+    """The words with each current that the model makes no torque of as a torque, and what has to be put into them."""
+    named, notes = list(words), []
+    for place, word in enumerate(words):
+        name, _, column = word.partition("=")
+        axis, _, signal = name.rpartition(".")
+        if model is None or signal != "current" or model.number(axis, "actuator.torque_constant"):
+            continue
+        named[place] = f"{axis}.torque={column}:KT*N m"
+        notes.append(
+            f"  {column} is a current, and the model does not say what torque it makes: put the N m of one ampere for "
+            f"KT, or axes.{axis}.actuator.torque_constant into the model"
+        )
+    return tuple(named), notes
 
 
 def _is_a_strangers(raw: RawColumns, axes: tuple[str, ...]) -> bool:
