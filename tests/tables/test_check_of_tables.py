@@ -36,6 +36,14 @@ def test_a_table_without_a_header_is_listed_by_number_and_no_command_is_proposed
     assert "its columns are called 1 to 3" in seen.text and "--rate HZ" in seen.text
 
 
+def test_a_table_without_a_header_is_told_which_column_rises_as_a_time_does(tmp_path: Path) -> None:
+    path = tmp_path / "numbers.csv"
+    rows = [f"{np.degrees(q):.5f},{1e3 * t:.1f},{u:.6f}" for t, q, u in zip(T, Q, U, strict=True)]
+    path.write_text("\n".join(rows) + "\n")
+    (seen,) = check_files([path], ("joint",))
+    assert "column 2 rises evenly, as a time does; if so: --column time_s=2:UNIT AXIS.position" in seen.text
+
+
 def test_a_table_with_the_names_of_a_signals_table_is_checked_as_one(tmp_path: Path) -> None:
     path = tmp_path / "own.csv"
     path.write_text("\n".join(lines()[:300] + lines()[200:]) + "\n")

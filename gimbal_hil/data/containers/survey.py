@@ -30,6 +30,11 @@ def survey(contents: Contents, words: Sequence[str], is_whole: bool) -> list[str
         lines.append("  no column looks like a position or a torque; --column AXIS.position=COLUMN:UNIT names them")
     if all(group.time_s is None for group in contents.groups):
         lines.append("  its rows have no times that are known: --column time_s=COLUMN:UNIT names them, else --rate HZ")
+        lines += [
+            f"  column {name} rises evenly, as a time does; if so: --column time_s={name}:UNIT "
+            "AXIS.position=COLUMN:UNIT AXIS.torque=COLUMN:UNIT, such as 1:ms, 2:deg, 3:mNm"
+            for name in _clocks(contents)[:1]
+        ]
     return lines
 
 
@@ -38,6 +43,12 @@ def guess(contents: Contents, axes: Sequence[str]) -> tuple[str, ...]:
     found = [Found(name, group.units.get(name, "")) for group in contents.groups for name in group.columns]
     once = list({one.column: one for one in found}.values())
     return guessed(once, axes)
+
+
+def _clocks(contents: Contents) -> list[str]:
+    """Columns that rise by steps of one size."""
+    steps = {name: np.diff(values) for group in contents.groups for name, values in group.columns.items()}
+    return [name for name, by in steps.items() if len(by) > 1 and by.min() > 0.0 and np.ptp(by) < 0.5 * np.median(by)]
 
 
 def _head(group: SampledGroup) -> str:
