@@ -9,6 +9,7 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals import SignalsTable, read_signals
+from gimbal_hil.data.tables.labels import arranged
 from tests.cases.asking import asked
 from tests.cases.joint import BENCH, MODEL, Floats
 
@@ -60,12 +61,23 @@ def test_an_encoder_that_reads_the_same_where_the_joint_turns_or_is_slow_is_left
             assert not table.notes and table.position("joint") == pytest.approx(position, abs=1e-8)
 
 
-def test_rows_that_came_twice_while_the_clock_went_on_are_left_out(tmp_path: Path) -> None:
+def test_rows_that_came_twice_while_the_clock_went_on_go_where_that_is_allowed(tmp_path: Path) -> None:
     rows = np.sort(np.r_[np.arange(ROWS), RANDOM.choice(np.flatnonzero(fast(np.ones(ROWS, bool))), 30, replace=False)])
     twice = LOG.but(time=np.arange(len(rows)) / BENCH.rate_hz, torque=LOG.torque[rows], position=LOG.position[rows])
-    table = read(tmp_path, twice.text())
+    with pytest.raises(BadInputError, match=r"line \d+, .* came twice, as \d+ of \d+ rows did, .*--drop-invalid"):
+        read(tmp_path, twice.text())
+    table = read(tmp_path, twice.text(), drop_invalid=True)
     assert abs(len(table) - ROWS) <= 2 and any("rows came twice" in note for note in table.notes)
     assert table.position("joint")[:4000] == pytest.approx(LOG.position[:4000], abs=5e-3)
+
+
+@pytest.mark.parametrize("rows_each", [1.04, 1.1, 1.2, 1.37])
+@pytest.mark.parametrize("repaired", [False, True])
+def test_a_drive_that_is_slower_than_its_log_keeps_every_row(tmp_path: Path, rows_each: float, repaired: bool) -> None:
+    at = np.floor(np.floor(np.arange(ROWS) / rows_each + 1e-9) * rows_each).astype(int)
+    slower = LOG.but(position=LOG.position[at], torque=LOG.torque[at])
+    table = read(tmp_path, slower.text(), drop_invalid=repaired)
+    assert len(table) == ROWS and table.time_s[-1] == pytest.approx(LOG.time[-1])
 
 
 def test_an_encoder_that_is_read_at_uneven_rows_is_refused_with_how_often(tmp_path: Path) -> None:
@@ -107,3 +119,18 @@ def test_no_wrap_is_proposed_for_jumps_of_many_sizes_and_a_turn_for_an_angle_tha
     text = LOG.but(position=np.interp(LOG.time + 8e-4, LOG.time, degrees)).text()
     with pytest.raises(BadInputError, match=r"--column joint\.position=joint\.position%360:deg carries it on"):
         asked(tmp_path, text, ("time_s=time_s", "joint.torque=joint.torque", "joint.position=joint.position:deg"))
+
+
+@pytest.mark.parametrize("steps", [np.tile([0.0002, 0.0048], 500), np.r_[np.full(1000, 0.001), np.full(1000, 0.05)]])
+def test_two_frames_of_a_cycle_and_a_slower_second_half_are_no_bursts(tmp_path: Path, steps: Floats) -> None:
+    time = np.concatenate([[0.0], np.cumsum(steps)])
+    lines = [f"{t:.6f},{0.1 * t:.6f},0.1" for t in time]
+    with pytest.raises(BadInputError) as refused:
+        read(tmp_path, "\n".join(["time_s,joint.position,joint.torque", *lines]))
+    assert "as they arrived" not in str(refused.value)
+
+
+def test_one_cut_line_among_lines_with_named_cells_is_refused_by_its_line(tmp_path: Path) -> None:
+    lines = [f"t:{k * 0.005:.3f} pos:{k * 0.1:.2f} tau:0.1" for k in range(400)]
+    layout = arranged([*lines[:100], "t:0.5 pos:1", *lines[101:]])[1]
+    assert layout is not None and layout.labelled and layout.names == ("t", "pos", "tau")

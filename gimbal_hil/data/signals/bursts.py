@@ -13,8 +13,9 @@ from gimbal_hil.data.signals.table import TIME
 from gimbal_hil.data.tables import RawColumns
 
 #: rows arrive in bursts where this share of the steps at most is longer than half the longest, these are of one length
-#: within half of it, and the others together take this share of the time at most; so many bursts at least
-_MOST_FAR, _HALF, _AT_ONCE, _FEWEST = 0.5, 0.5, 0.1, 8
+#: within half of it, and the others together take this share of the time at most; so many bursts at least, mostly of so
+#: many rows: two at once may be the two frames of a drive's cycle, and one after the other is a clock that changes
+_MOST_FAR, _HALF, _AT_ONCE, _FEWEST, _ROWS_AT_ONCE = 0.5, 0.5, 0.1, 8, 3
 #: a stated rate agrees with that of the rows to this share
 _AGREES = 0.05
 
@@ -53,7 +54,7 @@ def _bursts(steps: NDArray[np.float64]) -> tuple[float, float] | None:
         return None
     places = np.flatnonzero(steps > _HALF * np.max(steps))
     far = np.sort(steps[places])
-    if not _FEWEST <= len(far) <= _MOST_FAR * len(steps):
+    if not _FEWEST <= len(far) <= _MOST_FAR * len(steps) or np.median(np.diff(places)) < _ROWS_AT_ONCE:
         return None
     even = far[int(0.9 * len(far))] - far[int(0.1 * len(far))] < _HALF * float(np.median(far))
     if not even or float(np.sum(steps) - np.sum(far)) > _AT_ONCE * float(np.sum(steps)):

@@ -117,15 +117,15 @@ def _read(path: Path, named: AxisNames, repair: Repair, columns: ColumnMap) -> S
     contained = read_container(path, named, columns)
     if contained is None:
         raw = columns.read(read_table(path), named.axes, not named.rotary)
-        return _of_reads(checked_table(raw, named, repair))
+        return _of_reads(checked_table(raw, named, repair), repair)
     table = checked_table(contained.called.read(contained.raw, named.axes, not named.rotary), named, repair)
-    return _of_reads(replace(table, notes=(*contained.notes, *table.notes)))
+    return _of_reads(replace(table, notes=(*contained.notes, *table.notes)), repair)
 
 
-def _of_reads(table: SignalsTable) -> SignalsTable:
+def _of_reads(table: SignalsTable, repair: Repair) -> SignalsTable:
     """The table with no position that the encoder did not read then."""
     refreshed = on_refreshed_rows(table)
-    return without_repeated_reads(table) if refreshed is table else refreshed
+    return without_repeated_reads(table, repair) if refreshed is table else refreshed
 
 
 def _of_run(run: RecordedRun, axes: Sequence[str], repair: Repair) -> SignalsTable:

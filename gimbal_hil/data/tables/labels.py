@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 
 from gimbal_hil.data.tables.layout import Layout, layout_of
@@ -21,8 +22,8 @@ def arranged(lines: Sequence[str]) -> tuple[list[str], Layout | None]:
     filled = [line for line in lines if line.strip()]
     start = max(0, (len(filled) - _SAMPLE) // 2)
     sample = filled[start : start + _SAMPLE]
-    names = next((found[0] for line in sample if (found := _cells(line)) is not None), ())
-    alike = sum(found is not None and found[0] == names for found in map(_cells, sample))
+    often = Counter(found[0] for line in sample if (found := _cells(line)) is not None)
+    names, alike = often.most_common(1)[0] if often else ((), 0)
     if len(names) < 2 or alike < _MOST * len(sample):
         return list(lines), layout_of(lines)
     bare = list(lines)

@@ -179,8 +179,8 @@ class Expectation(Strict):
     inertia_within: Annotated[float, Field(ge=1.0, le=3.0)] = Field(
         default=3.0,
         description=(
-            "factor within which it is known; from 1.3 down the first test fails where gear or encoder counts are half "
-            "or twice what they should be"
+            "factor within which it is known; from 1.15 down the first test fails where gear or encoder counts are "
+            "half or twice what they should be"
         ),
     )
     disturbance_nm: Positive = Field(
