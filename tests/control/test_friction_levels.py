@@ -41,6 +41,7 @@ def warming() -> AntennaModel:
     return model_from_document(raw, "warming")
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("temperature", "scale"), [(-60.0, 2.0), (-10.0, 1.5), (20.0, 1.0), (52.5, 0.75), (99.0, 0.5)])
 def test_friction_is_read_from_the_models_table_at_the_motors_temperature(temperature: float, scale: float) -> None:
     model, settings = warming(), controller_settings("tuned")

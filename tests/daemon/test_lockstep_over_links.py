@@ -54,6 +54,7 @@ def recorded(folder: Path, link: dict[str, object] | None, *words: str) -> Recor
     return open_run(run)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("kind", ["unix", pytest.param("serial", marks=pytest.mark.heavy)])
 def test_both_processes_leave_the_run_folder_of_one(kind: str, tmp_path: Path) -> None:
     place = tmp_path / "antenna"

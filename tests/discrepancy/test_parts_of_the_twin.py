@@ -62,6 +62,7 @@ def test_every_effect_changes_no_more_than_the_parts_that_are_evaluated_anew(lab
     evaluated_alike([neutral, neutral.plus(Cause(family, nudged)), neutral])
 
 
+@pytest.mark.heavy
 @settings(max_examples=60, deadline=None)
 @given(st.lists(hypotheses(), min_size=2, max_size=7))
 def test_evaluations_in_any_order_are_those_of_a_fresh_twin(asked: list[Hypothesis]) -> None:

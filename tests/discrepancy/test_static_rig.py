@@ -46,6 +46,7 @@ def test_an_offset_is_found_with_what_means_the_same_here() -> None:
     assert len(verdict["effects"]) == 1 and named <= {"torque_offset", "coulomb_asymmetry"}
 
 
+@pytest.mark.heavy
 def test_a_mass_that_is_far_off_is_named_and_not_called_recalibrated() -> None:
     verdict = verdict_on(replace(Rig(), mass=2.7))
     assert [e["name"] for e in verdict["effects"]] == ["inertia"]

@@ -49,6 +49,7 @@ def neutral_entries(draw: st.DrawFn) -> list[tuple[str, str, dict[str, float]]]:
     return entries
 
 
+@pytest.mark.heavy
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     neutral_entries(),

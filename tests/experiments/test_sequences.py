@@ -77,6 +77,7 @@ def test_sliding_takes_the_inner_axis_gravity_out_although_it_is_seven_times_its
     assert all(abs(pair.positional_nm) > 6.0 * pair.friction_nm for pair in pairs)
 
 
+@pytest.mark.heavy
 def test_identification_of_short_sliding_and_presliding_runs_covers_the_model(
     conducted: Callable[[str, str], Outcome],
 ) -> None:

@@ -56,7 +56,7 @@ SWING = program_of(
     ("change", "news"),
     [
         pytest.param(heavier, "shakes", id="inertia", marks=pytest.mark.heavy),
-        pytest.param(turned_round, "stale", id="unbalance"),
+        pytest.param(turned_round, "stale", id="unbalance", marks=pytest.mark.heavy),
     ],
 )
 def test_both_paths_find_the_same_at_the_same_tick_bit_for_bit(change: Change, news: str, tmp_path: Path) -> None:

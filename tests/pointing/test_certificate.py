@@ -84,6 +84,7 @@ class Turned(NavigationErrors):
         return errors, 0.0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("by_deg", "in_time"), [(0.3, True), (-0.3, True), (1.5, False)])
 def test_a_heading_that_is_off_turns_the_beam_where_no_host_sees_it(by_deg: float, in_time: bool) -> None:
     flight = fly(replace(task(), navigation=Turned(by_deg=by_deg)), 2)

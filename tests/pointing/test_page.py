@@ -89,6 +89,7 @@ def _extrapolating(folder: Path) -> Path:
     return file
 
 
+@pytest.mark.heavy
 def test_a_moving_target_is_followed_past_the_first_minute(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     tle = Path(__file__).parents[2] / "config" / "scenarios" / "example.tle"
     words = ["--target", f"tle:{tle}", "--position", "48.35,11.79,10700", "--at", "2026-11-22T12:06:30Z"]

@@ -126,6 +126,7 @@ BEGINNINGS = (
 ENDINGS = (".csv", ".txt", ".log", ".npz", ".npy", ".csv.gz", ".db3", ".mat", ".xlsx", ".mf4", "")
 
 
+@pytest.mark.heavy
 @settings(max_examples=25, deadline=None)
 @given(beginning=st.sampled_from(BEGINNINGS), content=st.binary(max_size=400), ending=st.sampled_from(ENDINGS))
 def test_any_bytes_are_refused_in_one_line(

@@ -38,6 +38,7 @@ def users_pytest(folder: Path, text: str, *options: str) -> subprocess.Completed
     return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.heavy
 def test_a_users_file_of_ten_lines_is_run_and_a_failure_explains_itself(tmp_path: Path) -> None:
     assert len(USERS_FILE.splitlines()) <= 10
     before = antenna_of(shipped_settings(), tmp_path / "before")

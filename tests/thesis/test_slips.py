@@ -131,6 +131,7 @@ def test_inner_friction_on_the_outer_axis_is_the_inner_joints_own() -> None:
     np.testing.assert_allclose(slip(Slip.INNER_FRICTION_ON_OUTER, state), [-friction, 0.0], rtol=1e-9)
 
 
+@pytest.mark.heavy
 def test_friction_added_to_the_motors_torque_speeds_an_axis_up() -> None:
     document = shipped_model().document | {"thesis_slips": ["friction_added"]}
     model = model_from_document(document, "slip").with_number("outer", "start.rate", 0.5)

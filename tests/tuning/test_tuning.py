@@ -85,6 +85,7 @@ def in_force(found: Tuning, tmp_path: Path) -> DaemonSettings:
     return load_settings(path)
 
 
+@pytest.mark.heavy
 def test_tuned_loops_keep_the_margin_and_are_better_than_before(realistic: Tuning, tmp_path: Path) -> None:
     model, settings = shipped_model("realistic"), in_force(realistic, tmp_path)
     for one in realistic.axes:
