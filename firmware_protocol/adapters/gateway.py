@@ -361,7 +361,7 @@ class Gateway:
         ]
 
     def _fresh(self, can_id: int, payload: bytes) -> AnyMessage | None:
-        """A message of the host's with a good CRC and a counter that is not that of the last one."""
+        """A message with a good CRC and a counter that is not that of the last one; `hear` takes the host's of them."""
         message = unpack(can_id, payload)
         if isinstance(message, Rejection):
             return None

@@ -109,24 +109,31 @@ def first_test(rig: AdapterRig, ticks: int = 1000, known_within: float = 3.0) ->
     return test
 
 
+def tried(
+    which: tuple[str, str], fault: Fault, folder: Path, known_within: float = 3.0
+) -> tuple[FirstTest, HostState, float]:
+    """The test of a rig that is told wrong from its start; the host's state, and how far an axis has gone, after it."""
+    make, drive = which
+    rig = rig_of(make, folder)
+    try:
+        start = rig.joints.copy()
+        told_wrong(rig, DRIVES.index(drive), fault.told)
+        test = first_test(rig, known_within=known_within)
+        # until what was pushed stands
+        rig.run(300)
+        return test, rig.host.state, float(np.abs(rig.joints - start).max())
+    finally:
+        rig.close()
+
+
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
 @pytest.mark.parametrize("which", heavy_but(_SOON, itertools.product(MAKES, DRIVES)), ids="-".join)
 def test_feedback_that_is_wrong_from_the_start_does_not_come_through_the_first_test(
     which: tuple[str, str], fault: Fault, tmp_path: Path
 ) -> None:
-    make, drive = which
-    rig = rig_of(make, tmp_path)
-    try:
-        start = rig.joints.copy()
-        told_wrong(rig, DRIVES.index(drive), fault.told)
-        test = first_test(rig)
-        # until what was pushed stands
-        rig.run(300)
-        gone_rad = float(np.abs(rig.joints - start).max())
-    finally:
-        rig.close()
+    test, state, gone_rad = tried(which, fault, tmp_path)
     wanted = FirstTestState.PASSED if fault.reason else FirstTestState.FAILED
-    assert (test.state, rig.host.state is HostState.FAULT) == (wanted, not fault.reason), test.problem
+    assert (test.state, state is HostState.FAULT) == (wanted, not fault.reason), test.problem
     assert gone_rad < _MOST_RAD
 
 
@@ -135,16 +142,7 @@ def test_feedback_that_is_wrong_from_the_start_does_not_come_through_the_first_t
 def test_half_or_twice_of_a_known_inertia_does_not_come_through_either(
     which: tuple[str, str], fault: Fault, tmp_path: Path
 ) -> None:
-    make, drive = which
-    rig = rig_of(make, tmp_path)
-    try:
-        start = rig.joints.copy()
-        told_wrong(rig, DRIVES.index(drive), fault.told)
-        test = first_test(rig, known_within=1.3)
-        rig.run(300)
-        gone_rad = float(np.abs(rig.joints - start).max())
-    finally:
-        rig.close()
+    test, state, gone_rad = tried(which, fault, tmp_path, known_within=1.3)
     is_sound = fault is FAULTS[0]
-    assert (test.state is FirstTestState.PASSED, rig.host.state is HostState.FAULT) == (is_sound, not is_sound)
+    assert (test.state is FirstTestState.PASSED, state is HostState.FAULT) == (is_sound, not is_sound)
     assert ("known within a factor of 1.3" in test.problem) is not is_sound and gone_rad < _MOST_RAD

@@ -28,7 +28,6 @@ def test_a_hidden_ripple_is_named_with_its_numbers_and_the_model_gains_it() -> N
     assert corrected is not None and corrected.effects[-1].effect.name == "cogging"
 
 
-@pytest.mark.heavy
 def test_nothing_is_named_where_nothing_is_missing() -> None:
     case = draw(900, [], duration_s=24.0)
     result = diagnose(_request(case))

@@ -112,6 +112,15 @@ def test_motion_of_half_or_twice_fails_where_the_inertia_is_known(counts: float)
     assert "outer moved" in test.problem and "known within a factor of 1.3" in test.problem
 
 
+@pytest.mark.parametrize("off", [1.0 / 1.15, 1.15])
+@pytest.mark.parametrize("counts", [0.5, 2.0])
+def test_from_a_factor_of_1_15_on_it_fails_however_far_off_the_inertia_is_within_it(counts: float, off: float) -> None:
+    expected = shipped_settings().axes["outer"].expectation
+    assert expected is not None
+    _, test, _ = tried(changed(inertia_kg_m2=expected.inertia_kg_m2 * counts * off), known_within=1.15)
+    assert test.state is FirstTestState.FAILED and "known within a factor of 1.15" in test.problem
+
+
 @pytest.mark.parametrize("stated", [1.0 / 1.3, 1.0, 1.3])
 @pytest.mark.parametrize("antenna", HEALTHY)
 def test_a_healthy_antenna_whose_inertia_is_known_so_well_passes(antenna: str, stated: float) -> None:

@@ -65,8 +65,8 @@ def stated_unit(table: SignalsTable, units: Mapping[str, str]) -> str:
 
 def _after(counts: Floats, row: int, turn: float | None) -> Iterator[float]:
     """Counts after which a column that jumps into this row begins again, the likeliest first: a number of so many bits,
-    else one of few digits where it begins again several times, else a `turn`. A counter that restarted once begins
-    again nowhere, and neither does one whose jumps are of many sizes.
+    else one of few digits where it begins again several times; neither where the jumps are of many sizes. Last a
+    `turn`, whatever a filter made of the sizes: the caller looks whether it mends the column.
     """
     steps = np.diff(counts)
     off = steps - median_around(steps)

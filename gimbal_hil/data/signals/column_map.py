@@ -16,6 +16,7 @@ from gimbal_hil.data.signals.table import REPEAT, TIME, TORQUES, column_names
 from gimbal_hil.data.signals.units import unit_of
 from gimbal_hil.data.tables import (
     BETWEEN_ROWS_S,
+    DAY_S,
     UNITS,
     FileColumn,
     Floats,
@@ -31,7 +32,6 @@ _PARTS = {
     "ns": re.compile(r"(?:^|[._])(?:nano_?se?cs?|nanoseconds|nsecs?|ns)$", re.IGNORECASE),
     "us": re.compile(r"(?:^|[._])(?:micro_?se?cs?|microseconds|usecs?|us)$", re.IGNORECASE),
 }
-_DAY_S = 86_400.0
 #: sizes of units that differ by less are one
 _SAME_SIZE = 1e-6
 _NUMBER = r"\d+(?:\.\d*)?(?:[eE][+-]?\d+)?"
@@ -191,7 +191,7 @@ def _midnights(parts: Sequence[Floats]) -> Floats:
     """
     good = np.flatnonzero(np.all(np.isfinite(parts), axis=0))
     steps = np.diff(np.asarray(parts)[:, good], axis=1)
-    days = np.all(steps % _DAY_S == 0.0, axis=1)
+    days = np.all(steps % DAY_S == 0.0, axis=1)
     if days.all() or not days.any():
         return np.zeros(len(parts[0]))
     clocks = np.sum(steps[~days], axis=0)

@@ -2,12 +2,13 @@
 
 from gimbal_hil.data.tables.arrays import parquet_module
 from gimbal_hil.data.tables.file import is_text_table, read_table
-from gimbal_hil.data.tables.moments import BETWEEN_ROWS_S
+from gimbal_hil.data.tables.moments import BETWEEN_ROWS_S, DAY_S
 from gimbal_hil.data.tables.raw import FileColumn, Floats, OddLine, RawColumns, listed
 from gimbal_hil.data.tables.unit_words import RAW_WORDS, UNITS, knows_all_units, unit_size
 
 __all__ = [
     "BETWEEN_ROWS_S",
+    "DAY_S",
     "RAW_WORDS",
     "UNITS",
     "FileColumn",

@@ -26,11 +26,12 @@ def arranged(lines: Sequence[str]) -> tuple[list[str], Layout | None]:
     names, alike = often.most_common(1)[0] if often else ((), 0)
     if len(names) < 2 or alike < _MOST * len(sample):
         return list(lines), layout_of(lines)
-    bare = list(lines)
-    rows = [k for k, line in enumerate(lines) if (found := _cells(line)) is not None and found[0] == names]
-    for k in rows:
-        found = _cells(lines[k])
-        bare[k] = "\t".join(found[1]) if found is not None else lines[k]
+    bare, rows = list(lines), []
+    for k, line in enumerate(lines):
+        found = _cells(line)
+        if found is not None and found[0] == names:
+            bare[k] = "\t".join(found[1])
+            rows.append(k)
     return bare, Layout("\t", len(names), rows[0], names, labelled=True)
 
 

@@ -16,10 +16,10 @@ _YEAR_LAST = re.compile(rf"(?P<d>\d{{1,2}})[./](?P<mo>\d{{1,2}})[./](?P<y>\d{{4}
 _SPAN = re.compile(rf"(?:(?P<days>-?\d+) days?,?\s*)?\+?{_CLOCK}")
 #: what spreadsheets show of a time with parts of a second
 _IN_AN_HOUR = re.compile(r"(?P<m>\d{1,2}):(?P<s>\d{2}[.,]\d+)")
-_HOUR_S, _DAY_S = 3600.0, 86_400.0
+_HOUR_S, DAY_S = 3600.0, 86_400.0
 #: clocks begin again after a day, half a day (those that say no AM or PM) or an hour; stamps fall by that, but for the
 #: time between two rows
-_ROUNDS_S, BETWEEN_ROWS_S = (_DAY_S, 0.5 * _DAY_S, _HOUR_S), 60.0
+_ROUNDS_S, BETWEEN_ROWS_S = (DAY_S, 0.5 * DAY_S, _HOUR_S), 60.0
 
 
 def seconds_of(cells: Sequence[str | None]) -> Floats | None:
@@ -50,13 +50,13 @@ def seconds_of(cells: Sequence[str | None]) -> Floats | None:
         if form in (_YEAR_FIRST, _YEAR_LAST):
             dates[row] = (str(part["y"]), str(part["mo"]), str(part["d"]))
         elif part.get("days"):
-            seconds += _DAY_S * int(part["days"])
+            seconds += DAY_S * int(part["days"])
         found[row] = seconds
     if dates:
         days = _days(dates, closest=form is _YEAR_LAST)
         if days is None:
             return None
-        found[list(days)] += _DAY_S * np.fromiter(days.values(), np.float64)
+        found[list(days)] += DAY_S * np.fromiter(days.values(), np.float64)
     elif "day" not in first:
         good = np.isfinite(found)
         found[good] += _gone_on(found[good])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -64,27 +65,19 @@ def shifted_torques(
     What the model lacks may pass for a shift too, but for another one in another motion.
     """
     own = {entry.axis for entry in model.effects if entry.effect.hook in (Hook.COMMAND, Hook.STRUCTURE)}
-    found = []
-    for axis in (axis for axis in model.axes if axis not in stated | own):
-        timing = _timing_of_all(model, tables, axis)
-        if timing is not None:
-            text = f"{timing.text}: {_ELSE[timing.late_s > 0.0]}, as {timing.stated_by(axis)}"
-            found.append(DataWarning("torque_shifted", text, axis))
-    return tuple(found)
-
-
-def _timing_of_all(model: AntennaModel, tables: Sequence[SignalsTable], axis: str) -> Timing | None:
-    """What the longest log says of an axis' torque, if all logs exclude that it is in time and say the same way."""
-    first: Timing | None = None
+    asked, first = [axis for axis in model.axes if axis not in stated | own], dict[str, Timing]()
     for table in sorted(tables, key=len, reverse=True):
         part = table.rows(0, min(len(table), int(_ENOUGH_S / table.period_s)))
-        timing = _timing(model, part, axis) if _moves(model, part, axis) else None
-        if timing is None:
-            continue
-        first = first or timing
-        if not timing.excludes(_LEAST_ROWS) or (timing.late_s > 0.0) != (first.late_s > 0.0):
-            return None
-    return first
+        for axis, timing in _timings(model, part, asked).items():
+            one = first.setdefault(axis, timing)
+            if not timing.excludes(_LEAST_ROWS) or (timing.late_s > 0.0) != (one.late_s > 0.0):
+                asked.remove(axis)
+    return tuple(_finding(axis, first[axis]) for axis in asked if axis in first)
+
+
+def _finding(axis: str, timing: Timing) -> DataWarning:
+    text = f"{timing.text}: {_ELSE[timing.late_s > 0.0]}, as {timing.stated_by(axis)}"
+    return DataWarning("torque_shifted", text, axis)
 
 
 def _moves(model: AntennaModel, table: SignalsTable, axis: str) -> bool:
@@ -100,11 +93,21 @@ def _needed(model: AntennaModel, table: SignalsTable) -> Floats:
     return np.column_stack([centred_torque(column) for column in held.T])
 
 
-def _timing(model: AntennaModel, table: SignalsTable, axis: str) -> Timing | None:
-    try:
-        rule = regression_rule(table.period_s)
-        needed = _needed(model, table)[:, model.axes.index(axis)]
-        position, torque = table.position(axis), table.torque(axis)
-        return fit_rigid_axis(table.time_s, position, torque, rule, known=-needed, smoothed=()).timing
-    except BadInputError:
-        return None
+def _timings(model: AntennaModel, table: SignalsTable, axes: Sequence[str]) -> dict[str, Timing]:
+    """What a log says of the torques of these axes, as far as it does."""
+    moving = [axis for axis in axes if _moves(model, table, axis)]
+    found: dict[str, Timing] = {}
+    if not moving:
+        return found
+    with suppress(BadInputError):
+        needed = _needed(model, table)
+        for axis in moving:
+            with suppress(BadInputError):
+                found[axis] = _timing(table, axis, needed[:, model.axes.index(axis)])
+    return found
+
+
+def _timing(table: SignalsTable, axis: str, needed: Floats) -> Timing:
+    """Raises BadInputError for a log that is too short to tell."""
+    rule, position, torque = regression_rule(table.period_s), table.position(axis), table.torque(axis)
+    return fit_rigid_axis(table.time_s, position, torque, rule, known=-needed, smoothed=()).timing
