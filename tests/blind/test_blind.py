@@ -137,6 +137,7 @@ def test_a_stranger_s_model_is_one_that_the_product_takes(rig: str) -> None:
     assert model.axes == drawn.names
 
 
+@pytest.mark.heavy
 def test_five_wrong_numbers_are_20_to_33_percent_off_in_the_antenna_not_in_the_model() -> None:
     case = draw(11, [], rig="plain", wrong=Wrong(5, 0.20, 0.33), **SHORT)
     causes = case.truth["causes"]

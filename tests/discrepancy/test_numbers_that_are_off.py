@@ -18,6 +18,7 @@ from gimbal_hil.knowledge.executor import open_executor
 from sim_backend.model import AntennaModel, load_model, model_from_document
 from tests.blind.files import SHIPPED_MODEL
 from tests.discrepancy.test_logs_of_strangers import COULOMB, INERTIA, STEP, swing, table
+from tests.parts import heavy_but
 
 
 def arm(**more: object) -> AntennaModel:
@@ -117,7 +118,7 @@ def test_a_number_that_is_zero_floats_as_far_as_the_file_says_of_it() -> None:
     "actuator",
     [{"torque_constant": {"value": 0.12, "uncertainty": "15%"}}, {"gain_error": {"value": 0, "uncertainty": 0.15}}],
 )
-@pytest.mark.parametrize("ripple", [0.0, 0.01])
+@pytest.mark.parametrize("ripple", heavy_but((0.01,), (0.0, 0.01)))
 def test_a_gain_that_is_known_to_a_share_moves_within_it_and_nothing_is_told_in_its_place(
     ripple: float, actuator: dict[str, object]
 ) -> None:

@@ -84,6 +84,7 @@ def test_a_number_that_moved_stands_where_the_model_has_it_before_its_errors_are
     assert not np.allclose(bare.residual, result.null.fitted)
 
 
+@pytest.mark.heavy
 def test_an_error_of_the_size_that_would_have_shown_does_show(right: dict[str, Any]) -> None:
     size = next(one["relative"] for one in right["smallest_shown"] if one["name"] == "inertia")
     given = model()

@@ -9,6 +9,7 @@ from scipy.signal import butter, lfilter
 from gimbal_hil.knowledge.identification import RigidAxisFit, RigidAxisRule, fit_rigid_axis
 from gimbal_hil.knowledge.identification.estimate import Determination
 from tests.cases.joint import BENCH, TRUE, Floats
+from tests.parts import heavy_but
 
 LOGS = [BENCH.log(which, 16.0, seed=seed) for which, seed in (("a", 1), ("b", 2))]
 NUMBERS = ("inertia", "viscous", "coulomb")
@@ -29,7 +30,7 @@ def said(fit: RigidAxisFit) -> list[str]:
     return [one.rule for one in fit.warnings]
 
 
-@pytest.mark.parametrize("k", [0, 1])
+@pytest.mark.parametrize("k", heavy_but((0,), (0, 1)))
 @pytest.mark.parametrize("rows", [5, 10, 6.85], ids=["5", "10", "not whole"])
 def test_a_torque_that_was_read_every_few_rows_leaves_intervals_that_hold_the_truth(k: int, rows: float) -> None:
     torque, places = LOGS[k].torque, np.arange(len(LOGS[k].torque))
@@ -38,7 +39,7 @@ def test_a_torque_that_was_read_every_few_rows_leaves_intervals_that_hold_the_tr
     holds_the_truth(fitted(k, sampled[at]), *NUMBERS)
 
 
-@pytest.mark.parametrize("k", [0, 1])
+@pytest.mark.parametrize("k", heavy_but((0,), (0, 1)))
 @pytest.mark.parametrize("hertz", [15.0, 30.0, 60.0])
 def test_a_position_behind_a_low_pass_leaves_intervals_that_hold_the_truth(k: int, hertz: float) -> None:
     position = lfilter(*butter(1, hertz / 250.0), LOGS[k].position)
@@ -47,7 +48,7 @@ def test_a_position_behind_a_low_pass_leaves_intervals_that_hold_the_truth(k: in
     holds_the_truth(fit, *NUMBERS)
 
 
-@pytest.mark.parametrize("k", [0, 1])
+@pytest.mark.parametrize("k", heavy_but((0,), (0, 1)))
 def test_a_torque_that_was_cut_off_to_whole_steps_is_told_and_half_a_step_added(k: int) -> None:
     torque = LOGS[k].torque
     step = float(np.max(np.abs(torque))) / 20.0
@@ -58,7 +59,7 @@ def test_a_torque_that_was_cut_off_to_whole_steps_is_told_and_half_a_step_added(
     assert not said(rounded) and rounded.value("inertia") == pytest.approx(TRUE["inertia"], rel=0.005)
 
 
-@pytest.mark.parametrize("share", [0.002, 0.01])
+@pytest.mark.parametrize("share", heavy_but((0.01,), (0.002, 0.01)))
 def test_two_clocks_are_told_and_nothing_narrow_is_wrong(share: float) -> None:
     log = LOGS[0]
     fit = fitted(0, np.interp(log.time * (1.0 + share), log.time, log.torque))
@@ -75,7 +76,7 @@ def test_a_position_that_loses_counts_one_way_asks_for_two_inertias() -> None:
     assert fit.parts is not None and "inertia of" in fit.parts.finding("joint").text
 
 
-@pytest.mark.parametrize("k", [0, 1])
+@pytest.mark.parametrize("k", heavy_but((0,), (0, 1)))
 @pytest.mark.parametrize("what", ["weight", "spring"])
 def test_a_weight_or_a_spring_that_nobody_knows_of_is_told_and_is_in_no_number(k: int, what: str) -> None:
     q = LOGS[k].position

@@ -15,6 +15,7 @@ from gimbal_hil.surface.library import SearchScope
 from gimbal_hil.surface.library.finding import question_of
 from sim_backend.model import load_model
 from tests.cases.joint import BENCH, MODEL, Floats, JointLog, swinging
+from tests.parts import heavy_but
 
 LOGS = (swinging("a", cogging=0.03), swinging("b", cogging=0.03, seed=2))
 Spoil = Callable[[JointLog], JointLog]
@@ -44,7 +45,7 @@ SMOOTHED: dict[str, tuple[Spoil, tuple[str, ...]]] = {
 }
 
 
-@pytest.mark.parametrize("said", SMOOTHED)
+@pytest.mark.parametrize("said", heavy_but(("the position column seems",), SMOOTHED))
 def test_what_was_smoothed_is_taken_back_in_all_logs_and_told(tmp_path: Path, said: str) -> None:
     spoil, columns = SMOOTHED[said]
     found = asked(tmp_path, spoil)
@@ -91,6 +92,7 @@ def test_seconds_at_constant_speeds_say_nothing_of_a_slow_filter(tmp_path: Path)
     assert found.to_hz is None and all(table.notes == () for table in found.tables)
 
 
+@pytest.mark.heavy
 def test_a_search_gets_them_so_and_scores_up_to_where_half_was_left(tmp_path: Path) -> None:
     spoil, _ = SMOOTHED["the position column seems"]
     (tmp_path / "model.yaml").write_text(MODEL)

@@ -100,6 +100,7 @@ def test_tuned_loops_keep_the_margin_and_are_better_than_before(realistic: Tunin
         assert one.after.error_rad < 0.3 * one.before.error_rad
 
 
+@pytest.mark.heavy
 def test_the_tuned_antenna_holds_what_was_asked_in_the_arena(realistic: Tuning, tmp_path: Path) -> None:
     settings = in_force(realistic, tmp_path)
     for words, most in (("case 5", 1.5e-6), ("5 deg/s", 4e-6)):
@@ -108,6 +109,7 @@ def test_the_tuned_antenna_holds_what_was_asked_in_the_arena(realistic: Tuning, 
         assert not found.tripped and found.los_rms < most
 
 
+@pytest.mark.heavy
 def test_a_reference_leaves_the_rate_that_the_loops_ask_for_where_the_model_is_wrong(realistic: Tuning) -> None:
     model, settings = shipped_model("realistic"), shipped_settings()
     for one in realistic.axes:
