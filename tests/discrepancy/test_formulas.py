@@ -78,7 +78,8 @@ def saying(law: np.ndarray, noise: float = 1.0) -> Saying:
     squares = [float(np.sum((WEIGHT * left[one.fold == k]) ** 2)) for k in range(FOLDS)]
     rows = [WEIGHT**2 * float(np.sum(one.fold == k)) for k in range(FOLDS)]
     assert all(isinstance(fold, Normal) for fold in folds)
-    return Saying(POSITION, one, (np.array(knots),), folds, np.array(squares), np.array(rows))
+    at = np.array(knots)
+    return Saying(POSITION, one, (at,), at, folds, np.array(squares), np.array(rows))
 
 
 X = np.linspace(-1.0, 1.0, 400)

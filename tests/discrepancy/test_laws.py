@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -22,7 +23,7 @@ from gimbal_hil.knowledge.discrepancy.laws.knots import (
     knots_of,
     knots_where_it_bends,
 )
-from gimbal_hil.knowledge.discrepancy.laws.linear import FOLDS, JUDGES, Normal, Straight
+from gimbal_hil.knowledge.discrepancy.laws.linear import FOLDS, JUDGES, Foretold, Normal, Straight, softest
 from gimbal_hil.knowledge.discrepancy.laws.shape import crossed
 from gimbal_hil.knowledge.discrepancy.twin import Twin
 from sim_backend.model import ActsOn, Over
@@ -90,27 +91,32 @@ def test_a_curve_is_found_beside_a_known_number_that_keeps_its_uncertainty() -> 
 def test_what_is_no_function_of_the_variable_is_not_foretold() -> None:
     x, noise = scene()
     still = straight(noise, np.zeros(ROWS), trust=0.1)
-    few, many = (still.foretold(basis(x, knots_of(Over.POSITION, -1.0, 1.0, n)), 0) for n in (3, 60))
+    shape, both = (
+        LawShape("axis", ActsOn.TORQUE, (Over.POSITION,)),
+        [(knots_of(Over.POSITION, -1, 1, n),) for n in (3, 60)],
+    )
+    few, many = (still.foretold(basis(x, knots[0]), 0, 0.0 * bends_of(shape, knots)).leaves for knots in both)
     level = float(np.mean(noise[~still.judging] ** 2))
     assert few > 0.97 * level and many > few
 
 
-class Foretold:
+class Leaving:
     """What curves with so many knots leave: a narrow bump, which few knots draw worse than fewer."""
 
     judging = np.zeros(8 * ROWS, dtype=bool)
 
-    def foretold(self, columns: np.ndarray, channel: int, bends: np.ndarray) -> float:
-        return {3: 90.0, 4: 175.0, 5: 182.0, 7: 158.0, 9: 120.0, 12: 10.6, 16: 4.3}.get(columns.shape[1], 4.4)
+    def foretold(self, columns: np.ndarray, channel: int, bends: np.ndarray) -> Foretold:
+        by_count = {3: 90.0, 4: 175.0, 5: 182.0, 7: 158.0, 9: 120.0, 12: 10.6, 16: 4.3}
+        return Foretold(by_count.get(columns.shape[1], 4.4), bends)
 
 
 def test_a_bump_that_few_knots_draw_worse_than_none_is_looked_for_with_more(monkeypatch: pytest.MonkeyPatch) -> None:
     x = np.linspace(-1.0, 1.0, 8 * ROWS)
     monkeypatch.setattr(curve, "channel_of", lambda inquiry, axis: 0)
-    monkeypatch.setattr(curve, "columns_on", lambda inquiry, seen, knots: basis(x, knots[0]))
+    monkeypatch.setattr(curve, "columns_on", lambda inquiry, seen, knots, factor: basis(x, knots[0]))
     inquiry = cast(Inquiry, SimpleNamespace(twin=SimpleNamespace(records=(0,))))
     seen = RangeSeen(LawShape("axis", ActsOn.TORQUE, (Over.RATE,)), [(x,)], [])
-    found = curve.tried(inquiry, cast(Straight, Foretold()), seen, curve.COUNTS)
+    found = curve.tried(inquiry, cast(Straight, Leaving()), seen, curve.COUNTS)
     assert found is not None and len(found.knots[0]) == 16
 
 
@@ -235,8 +241,30 @@ def test_a_curve_goes_straight_on_where_no_other_stretch_was() -> None:
     knots = (tuple(np.linspace(-1.0, 1.5, 22)),)
     columns = basis(v, knots[0])
     shape = LawShape("axis", ActsOn.TORQUE, (Over.RATE,))
-    without, with_it = (fitted.foretold(columns, 0, bends) for bends in (None, bends_of(shape, knots)))
+    bends = bends_of(shape, knots)
+    without, with_it = (fitted.foretold(columns, 0, part).leaves for part in (0.0 * bends, bends))
     assert with_it < 0.2 * without
+
+
+def test_a_narrow_shape_at_which_few_stretches_were_is_foretold_by_many_knots() -> None:
+    """Soft knots of which the other stretches hold few rows go anywhere; stiff ones would not draw it."""
+    t = np.linspace(0.0, 1.0, 6 * ROWS)
+    x = np.sin(9.0 * t) * np.cos(23.0 * t)
+    left = np.random.default_rng(5).normal(size=len(x)) - 60.0 * np.exp(-(((x - 0.3) / 0.05) ** 2))
+    fitted = straight(left, np.zeros(len(x)), trust=0.1)
+    shape, knots = LawShape("axis", ActsOn.TORQUE, (Over.POSITION,)), (tuple(np.linspace(-1.0, 1.0, 120)),)
+    columns, bends = basis(x, knots[0]), bends_of(shape, knots)
+    found = fitted.foretold(columns, 0, bends)
+    soft = fitted.foretold(columns, 0, 1e-3 * softest(bends)).leaves
+    assert found.leaves < 1.5 and found.leaves < 0.7 * soft
+
+
+def test_friction_is_asked_beside_the_bristles_too() -> None:
+    friction = LawShape("axis", ActsOn.FRICTION, (Over.RECENT_SPEED,), direction_travel=1e-6, memory_s=5.0)
+    shapes = [LawShape("axis", ActsOn.TORQUE, (over,)) for over in (Over.POSITION, Over.RATE)]
+    (both,) = crossed(friction, tuple(shapes))
+    assert both == LawShape("axis", ActsOn.TORQUE, (Over.RATE, Over.RECENT_SPEED), memory_s=5.0)
+    assert not list(crossed(replace(friction, over=(Over.SPEED,), memory_s=None), tuple(shapes)))
 
 
 def test_one_variable_that_draws_all_there_is_asks_for_no_second_one(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -262,7 +290,7 @@ def test_a_control_takes_nothing_by_a_known_number_that_it_sets_free() -> None:
     fitted = straight(left, law + other, trust=2.0)
     knots = (tuple(np.linspace(-1.0, 1.0, 9)),)
     seen = RangeSeen(LawShape("axis", ActsOn.TORQUE, (Over.POSITION,)), [(x,)], [])
-    one = curve.Tried(seen, knots, basis(x, knots[0]), 1.0)
+    one = curve.Tried(seen, knots, basis(x, knots[0]), 1.0, bends_of(seen.shape, knots))
     taken = curve.control_of(fitted, one, 0, (shift,))
     assert taken < 0.1 * np.mean(law**2)
 
@@ -298,7 +326,7 @@ def test_what_differs_in_its_memory_alone_takes_one_place_among_those_looked_at_
 
 def test_where_a_law_does_not_stand_its_tests_the_next_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(finding, "Straight", SimpleNamespace(of=lambda *_: None))
-    monkeypatch.setattr(finding, "_best", lambda found, straight: iter(("over two", "over one")))
+    monkeypatch.setattr(finding, "_best", lambda null, found, straight: iter(("over two", "over one")))
     monkeypatch.setattr(finding, "_asked", lambda *given: given[-1] if given[-1] == "over one" else None)
     nothing = cast(Any, SimpleNamespace(inquiry=None, state=None))
     assert cast(Any, finding._one_more(nothing, nothing, nothing)) == "over one"

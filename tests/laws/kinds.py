@@ -105,7 +105,11 @@ KINDS = {
         ),
         HiddenLaw("hysteretic_cable", (("torque", ("hangs_back",), False),), ("a straight line", "")),
         HiddenLaw("elastic_hysteresis", (("torque", ("hangs_back",), False),), ("a straight line", "")),
-        HiddenLaw("worked_grease", (("friction", ("speed", "recent_speed"), False),)),
+        # a viscous torque, beside the bristles
+        HiddenLaw(
+            "worked_grease",
+            (("friction", ("speed", "recent_speed"), False), ("torque", ("rate", "recent_speed"), False)),
+        ),
     )
 }
 

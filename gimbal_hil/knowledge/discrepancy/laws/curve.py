@@ -20,7 +20,7 @@ from gimbal_hil.knowledge.discrepancy.laws.knots import (
     knots_of,
     knots_where_it_bends,
 )
-from gimbal_hil.knowledge.discrepancy.laws.linear import Straight
+from gimbal_hil.knowledge.discrepancy.laws.linear import Straight, softest
 from gimbal_hil.knowledge.discrepancy.laws.shape import WITH_MEMORY, LawShape
 from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Floats
 from sim_backend.model import MOST_ACROSS, UNIT_OF, LawKind
@@ -144,13 +144,19 @@ class Tried:
     columns: Floats
     #: squares a row that it leaves of its channel there, in squared floors
     leaves: float
+    #: by how much it bends, of those values, and what that costs
+    bends: Floats
     #: of a product of two curves the one that is given
     factor: Factor | None = None
 
-    @property
-    def bends(self) -> Floats:
-        """By how much it bends, of those values."""
-        return bends_of(self.seen.shape, self.knots, self.factor)
+    @classmethod
+    def at(
+        cls, inquiry: Inquiry, straight: Straight, seen: RangeSeen, knots: Knots, factor: Factor | None = None
+    ) -> Tried:
+        """With these knots, as stiff as foretells best."""
+        columns = columns_on(inquiry, seen, knots, factor)
+        bends, channel = bends_of(seen.shape, knots, factor), channel_of(inquiry, seen.shape.axis)
+        return cls(seen, knots, columns, *straight.foretold(columns, channel, bends), factor)
 
     def spread(self, solved: Floats) -> Floats:
         """Values at all knots, of those of its columns."""
@@ -165,7 +171,7 @@ def channel_of(inquiry: Inquiry, axis: str) -> int:
 
 def tried(inquiry: Inquiry, straight: Straight, seen: RangeSeen, counts: tuple[int, ...]) -> Tried | None:
     """The fewest knots of a shape that leave hardly more than any other number of them."""
-    shape, channel = seen.shape, channel_of(inquiry, seen.shape.axis)
+    shape = seen.shape
     ends = [seen.range_of(which, len(inquiry.twin.records)) for which in range(len(shape.over))]
     if any(high - low <= 1e-9 * max(abs(low), abs(high), 1e-300) for low, high in ends):
         return None
@@ -174,11 +180,10 @@ def tried(inquiry: Inquiry, straight: Straight, seen: RangeSeen, counts: tuple[i
         knots = tuple(
             knots_of(over, low, high, each) for over, (low, high), each in zip(shape.over, ends, count, strict=True)
         )
-        columns = columns_on(inquiry, seen, knots)
-        if _ROWS_PER_VALUE * columns.shape[1] > int(np.sum(~straight.judging)):
+        values = (2 if shape.by_direction else 1) * int(np.prod(count))
+        if _ROWS_PER_VALUE * values > int(np.sum(~straight.judging)):
             break
-        bends = bends_of(seen.shape, knots)
-        found.append(Tried(seen, knots, columns, straight.foretold(columns, channel, bends)))
+        found.append(Tried.at(inquiry, straight, seen, knots))
         # a narrow bump shows only with knots enough to draw it
         least, drawn = min(one.leaves for one in found), len(knots) == 1 and len(knots[0]) > FEW
         if drawn and all(one.leaves > _enough(least) for one in found[-3:]):
@@ -194,7 +199,7 @@ def leaves_of_its_own(inquiry: Inquiry, straight: Straight, seen: RangeSeen) -> 
     channel, most = channel_of(inquiry, seen.shape.axis), len(inquiry.twin.records)
     knots = (knots_of(seen.shape.over[0], *seen.range_of(0, most), _MANY),)
     columns = columns_on(inquiry, seen, knots)
-    found = straight.solved(straight.normals(columns, channel, bends_of(seen.shape, knots)))
+    found = straight.solved(straight.normals(columns, channel, softest(bends_of(seen.shape, knots))))
     return float(np.mean(straight.after(columns, channel, found)[~straight.judging] ** 2))
 
 
@@ -214,9 +219,7 @@ def sharpened(inquiry: Inquiry, straight: Straight, one: Tried) -> Tried:
         found = [one]
         for count in (count for count in COUNTS if count <= 2 * len(one.knots[0])):
             knots = (knots_where_it_bends(curve.knots[0], list(curve.rows), count),)
-            columns = columns_on(inquiry, one.seen, knots)
-            bends, channel = bends_of(curve.shape, knots), channel_of(inquiry, curve.shape.axis)
-            found.append(Tried(one.seen, knots, columns, straight.foretold(columns, channel, bends)))
+            found.append(Tried.at(inquiry, straight, one.seen, knots))
         least = min(other.leaves for other in found)
         enough = [other for other in found if other.leaves <= _enough(least)]
         best = min(enough, key=lambda other: len(other.knots[0]))
@@ -288,9 +291,9 @@ def _times_another(
     mine = given.which
     other = knots_of(seen.shape.over[1 - mine], *seen.range_of(1 - mine, len(inquiry.twin.records)), count)
     knots = (fine, other) if mine == 0 else (other, fine)
-    two = _product(inquiry, straight, seen, knots, given)
+    two = Tried.at(inquiry, straight, seen, knots, given)
     for _ in range(2):
-        turned = _product(inquiry, straight, seen, knots, _turned(inquiry, straight, two))
+        turned = Tried.at(inquiry, straight, seen, knots, _turned(inquiry, straight, two))
         if turned.leaves >= two.leaves:
             break
         two = turned
@@ -302,12 +305,6 @@ def _turned(inquiry: Inquiry, straight: Straight, two: Tried) -> Factor:
     assert two.factor is not None
     normals = straight.normals(two.columns, channel_of(inquiry, two.seen.shape.axis), two.bends)
     return Factor(1 - two.factor.which, straight.solved(normals).values)
-
-
-def _product(inquiry: Inquiry, straight: Straight, seen: RangeSeen, knots: Knots, factor: Factor) -> Tried:
-    columns = columns_on(inquiry, seen, knots, factor)
-    bends, channel = bends_of(seen.shape, knots, factor), channel_of(inquiry, seen.shape.axis)
-    return Tried(seen, knots, columns, straight.foretold(columns, channel, bends), factor)
 
 
 def _enough(least: float) -> float:

@@ -106,7 +106,7 @@ def _explains(null: State, found: Described) -> bool:
 
 def _one_more(inquiry: Inquiry, null: State, found: Described) -> Described | None:
     straight = Straight.of(found.inquiry, found.state)
-    asked = (_asked(inquiry, null, found, straight, best) for best in _best(found, straight))
+    asked = (_asked(inquiry, null, found, straight, best) for best in _best(null, found, straight))
     return next((one for one in asked if one is not None), None)
 
 
@@ -139,7 +139,7 @@ def _as_formula(
     channel = channel_of(inquiry, curve.shape.axis)
     there = columns_on(after.inquiry, seen_of(after.inquiry, curve.shape), curve.knots) @ curve.values
     formula = formula_for(
-        Saying.of(after.inquiry, straight, curve.shape, there, None if best.factor is None else curve.knots)
+        Saying.of(after.inquiry, straight, curve.shape, there, curve.knots, is_dense=best.factor is not None)
     )
     if formula is None:
         return None, after
@@ -153,7 +153,7 @@ def _selecting_squares(state: State) -> Floats:
     return np.asarray(np.mean(np.concatenate([state.fitted, state.selecting]) ** 2, axis=0))
 
 
-def _best(found: Described, straight: Straight) -> Iterator[Tried]:
+def _best(null: State, found: Described, straight: Straight) -> Iterator[Tried]:
     """The plainest shape of those that leave least of the selecting half, on the axis with the largest gap; then, where
     that is of two variables, the plainest of one.
     """
@@ -163,7 +163,9 @@ def _best(found: Described, straight: Straight) -> Iterator[Tried]:
         for channel, left in zip(inquiry.twin.channels, found.state.left(), strict=True)
     ]
     worst = int(np.argmax(levels))
-    if levels[worst] <= inquiry.policy.least_gap:
+    # no twin is more exact than to this share of what a law takes
+    exact = inquiry.policy.same * float(null.left()[worst])
+    if levels[worst] <= max(inquiry.policy.least_gap, exact):
         return
     axis = inquiry.twin.channels[worst].axis
     inquiry.tell(f"looking for a law of {axis}")
@@ -178,7 +180,8 @@ def _best(found: Described, straight: Straight) -> Iterator[Tried]:
         return
     least = min(one.leaves for one in closely)
     # what one variable draws to its floor asks for no second one, however little some stretches say of others
-    if min([least, *(leaves_of_its_own(inquiry, straight, one.seen) for one in closely)]) > _BOTH:
+    own = min([least, *(leaves_of_its_own(inquiry, straight, one.seen) for one in closely)])
+    if own > max(_BOTH, exact**2):
         first = sorted(closely, key=lambda one: one.leaves)[:_CROSSED]
         if any(one.seen.shape.over == (Over.RATE,) for one in first):
             # the same as friction over speed, which others may have a part in

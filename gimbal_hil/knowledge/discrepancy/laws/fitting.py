@@ -12,7 +12,7 @@ from gimbal_hil.knowledge.discrepancy.laws.linear import FOLDS, Solved
 from gimbal_hil.knowledge.discrepancy.laws.saying import Saying, takes
 from gimbal_hil.knowledge.discrepancy.twin import Floats
 
-#: shares of the range at which places and widths are first looked for, and waves over the range
+#: shares of the knots at which places are first looked for, and of the range widths, and waves over the range
 _PLACES = (0.02, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.98)
 _WIDTHS = (0.003, 0.01, 0.03, 0.07, 0.15, 0.25, 0.35, 0.5, 0.8)
 _WAVES = tuple(0.5 * 1.25**k for k in range(18))
@@ -78,7 +78,7 @@ def _coarse(saying: Saying, number: FormNumber, odd: bool) -> tuple[float, ...]:
     # of two variables every other start will do
     every = len(saying.points)
     if number.role is NumberRole.PLACE:
-        return tuple(low + span * share for share in _PLACES)
+        return tuple(np.quantile(np.abs(saying.places) if odd else saying.places, _PLACES))
     if number.role is NumberRole.WIDTH:
         return tuple(span * share for share in _WIDTHS[::every])
     return tuple(2.0 * np.pi * turns / span for turns in _WAVES)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.laws.shape import LawShape, direction, variables
-from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Floats, Record, Twin, scored
+from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Floats, Record, Twin, scored, scoring_reach
 from sim_backend.model import ActsOn, Over
 
 #: knots over rates lie closer where they are small: the last is this far along a hyperbolic sine
@@ -26,6 +26,8 @@ class RangeSeen:
     shape: LawShape
     columns: list[tuple[Floats, ...]]
     directions: list[Floats]
+    #: of every record, how much of it its first half of rows that count sees
+    halves: tuple[int, ...] = ()
 
     @classmethod
     def of(cls, shape: LawShape, records: tuple[Record, ...], axis: int) -> RangeSeen:
@@ -35,16 +37,23 @@ class RangeSeen:
             shape,
             variables(shape, records, axis),
             [direction(shape, record, axis) for record in records] if turned else [],
+            tuple(_half(record) for record in records),
         )
 
+    def selecting(self, which: int, fitted: int) -> list[Floats]:
+        """A variable along the first `fitted` records and the first half of the others, which may select."""
+        along = [columns[which] for columns in self.columns]
+        return along[:fitted] + [one[:n] for one, n in zip(along[fitted:], self.halves[fitted:], strict=True)]
+
     def range_of(self, which: int, fitted: int) -> tuple[float, float]:
-        """What of a variable was seen in the first `fitted` records and in the first half of the others, which may
-        select.
-        """
-        halves = (len(columns[which]) // (1 if k < fitted else 2) for k, columns in enumerate(self.columns))
-        seen = np.concatenate([columns[which][:n] for columns, n in zip(self.columns, halves, strict=True)])
-        low, high = np.quantile(seen, [_ENDS, 1.0 - _ENDS])
+        """What of a variable was seen in what may select."""
+        low, high = np.quantile(np.concatenate(self.selecting(which, fitted)), [_ENDS, 1.0 - _ENDS])
         return float(low), float(high)
+
+
+def _half(record: Record) -> int:
+    rows = record.rows
+    return int(rows[len(rows) // 2]) + scoring_reach(record.bands)
 
 
 def knots_of(over: Over, low: float, high: float, count: int) -> tuple[float, ...]:

@@ -20,8 +20,9 @@ from gimbal_hil.knowledge.discrepancy.twin import Floats, Twin
 _STEP = 0.02
 #: of a curve's own normal matrix, so that it can be solved
 _RIDGE = 1e-11
-#: and what a bend costs, of the same: a knot that no row speaks of lies straight on from the others
-_STIFF = 1e-5
+#: and what a bend may cost, of the same: as much as foretells best, so that knots of which few rows speak lie straight
+#: on from the others and narrow shapes bend
+_STIFF = (1e-5, 1e-3, 1e-1)
 #: parts of which each is asked what the others say, stretches of each in every log, so that all parts see the same
 #: range; and the rows that only judge
 FOLDS, _STRETCHES, JUDGES = 4, 5, -1
@@ -42,6 +43,15 @@ class Solved:
 
     values: Floats
     moved: Floats
+
+
+class Foretold(NamedTuple):
+    """Squares a row that a curve leaves of stretches which did not give it, in squared floors; and what its bends cost
+    there, as `Straight.normals` takes it.
+    """
+
+    leaves: float
+    bends: Floats
 
 
 @dataclass(frozen=True)
@@ -97,20 +107,26 @@ class Straight:
 
     def normals(self, columns: Floats, channel: int, bends: Floats | None = None) -> tuple[Normal, ...]:
         """Of curve and known numbers, by fold; `columns` (rows, values) are what the curve does to its channel, and
-        `bends` (places, values) by how much it bends where: what no row speaks of goes straight on.
+        `bends` (places, values) by how much it bends where, times the root of what that costs.
         """
         found = []
-        stiff = np.zeros((columns.shape[1],) * 2)
-        if bends is not None and bends.size:
-            size = np.sum((self.weight * columns[~self.judging]) ** 2) / columns.shape[1]
-            stiff = _STIFF * size / len(self.known) * bends.T @ bends
         for k, known in enumerate(self.known):
             mine = self.fold == k
             B = self.weight * columns[mine]
             cross = B.T @ (self.weight * self.numbers[mine][:, channel, :])
-            matrix = np.block([[B.T @ B + stiff, cross], [cross.T, known.matrix]])
+            matrix = np.block([[B.T @ B, cross], [cross.T, known.matrix]])
             found.append(Normal(matrix, np.concatenate([-B.T @ (self.weight * self.left[mine, channel]), known.side])))
-        return tuple(found)
+        return self._stiffened(tuple(found), columns, bends)
+
+    def _stiffened(self, normals: tuple[Normal, ...], columns: Floats, bends: Floats | None) -> tuple[Normal, ...]:
+        """With what bends cost, a part of it in each fold."""
+        if bends is None or not bends.size:
+            return normals
+        count = columns.shape[1]
+        size = np.sum((self.weight * columns[~self.judging]) ** 2) / count
+        stiff = np.zeros_like(normals[0].matrix)
+        stiff[:count, :count] = size / len(normals) * bends.T @ bends
+        return tuple(Normal(one.matrix + stiff, one.side) for one in normals)
 
     def solved(self, normals: tuple[Normal, ...], times: Floats | None = None) -> Solved:
         """The best of them together, each counted so many times."""
@@ -140,14 +156,22 @@ class Straight:
         moved = self.numbers[:, channel, :] @ found.moved
         return np.asarray(self.left[:, channel] + moved + columns @ found.values)
 
-    def foretold(self, columns: Floats, channel: int, bends: Floats | None = None) -> float:
-        """Squares a row that a curve leaves of stretches which did not give it, in squared floors."""
-        normals = self.normals(columns, channel, bends)
-        total = 0.0
-        for k in range(FOLDS):
-            found = self.solved(normals, np.where(np.arange(FOLDS) == k, 0.0, 1.0))
-            total += float(np.sum(self.after(columns, channel, found)[self.fold == k] ** 2))
-        return total / int(np.sum(self.fold != JUDGES))
+    def foretold(self, columns: Floats, channel: int, bends: Floats) -> Foretold:
+        """What a curve leaves of stretches which did not give it, as stiff as leaves least there."""
+        found, soft = [], self.normals(columns, channel)
+        for cost in _STIFF:
+            normals = self._stiffened(soft, columns, np.sqrt(cost) * bends)
+            total = 0.0
+            for k in range(FOLDS):
+                there = self.solved(normals, np.where(np.arange(FOLDS) == k, 0.0, 1.0))
+                total += float(np.sum(self.after(columns, channel, there)[self.fold == k] ** 2))
+            found.append(Foretold(total / int(np.sum(self.fold != JUDGES)), np.sqrt(cost) * bends))
+        return min(found, key=lambda one: one.leaves)
+
+
+def softest(bends: Floats) -> Floats:
+    """Bends that cost as little as they may."""
+    return np.asarray(np.sqrt(_STIFF[0]) * bends)
 
 
 def _stretches(rows: int) -> NDArray[np.int64]:

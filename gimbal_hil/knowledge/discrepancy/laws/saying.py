@@ -34,6 +34,8 @@ class Saying:
     shape: LawShape
     straight: Straight
     points: tuple[Floats, ...]
+    #: of the first variable, closer where the law bends
+    places: Floats
     folds: tuple[Normal, ...]
     #: squares of each fold without a law, and its rows, both weighed
     squares: Floats
@@ -47,12 +49,13 @@ class Saying:
         shape: LawShape,
         there: Floats | None = None,
         drawn: Knots | None = None,
+        is_dense: bool = False,
     ) -> Saying:
-        """Around a state; `there` (rows,) is what a law of this shape that it has already does to its channel, and
-        `drawn` are knots that are dense enough to draw it.
+        """Around a state; `there` (rows,) is what a law of this shape that it has already does to its channel, drawn
+        through the knots `drawn`, which may be dense enough to stand for its variables.
         """
         seen = seen_of(inquiry, shape)
-        knots = drawn or _dense(inquiry, seen)
+        knots = drawn if drawn is not None and is_dense else _dense(inquiry, seen)
         columns, channel = columns_on(inquiry, seen, knots), channel_of(inquiry, shape.axis)
         if there is not None:
             left = straight.left.copy()
@@ -63,7 +66,7 @@ class Saying:
         mine = [straight.fold == k for k in range(FOLDS)]
         squares = np.array([float(np.sum(weighed[rows])) for rows in mine])
         rows = np.array([float(np.sum(rows)) for rows in mine]) * straight.weight**2
-        return cls(shape, straight, points_of(knots), folds, squares, rows)
+        return cls(shape, straight, points_of(knots), np.array((drawn or knots)[0]), folds, squares, rows)
 
     def without(self, fold: int) -> Floats:
         """How often each fold counts where one is left out."""
@@ -118,7 +121,7 @@ def _dense(inquiry: Inquiry, seen: RangeSeen) -> Knots:
     shape, fitted = seen.shape, len(inquiry.twin.records)
     knots = []
     for i, over in enumerate(shape.over):
-        used = [one[i][: len(one[i]) // (1 if k < fitted else 2)] for k, one in enumerate(seen.columns)]
+        used = seen.selecting(i, fitted)
         low, high = float(min(map(np.min, used))), float(max(map(np.max, used)))
         one = len(shape.over) == 1
         knots.append(knots_of(over, low, high, _DENSE) if one else _where_it_was(used, low, high, _ACROSS[i]))

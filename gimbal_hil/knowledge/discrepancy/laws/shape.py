@@ -97,21 +97,26 @@ def shapes_of(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> tu
 
 def crossed(first: LawShape, shapes: tuple[LawShape, ...]) -> Iterator[LawShape]:
     """Shapes with two variables, one of them that of the first; both act on the same thing in the same way. What holds
-    by direction is crossed with the rate, which says the direction.
+    by direction is crossed with the rate, which says the direction; so is friction, which may act through the bristles
+    or beside them.
     """
     met: set[frozenset[object]] = set()
     turns, first = first.by_direction, replace(first, by_direction=False)
+    beside = replace(first, acts_on=ActsOn.TORQUE, direction_travel=0.0)
+    turning = first.acts_on is ActsOn.FRICTION and first.over[0] not in (Over.SPEED, Over.LOAD)
     for second in shapes:
-        alike = first.acts_on is second.acts_on and first.over != second.over
+        rate = second.acts_on is ActsOn.TORQUE and second.over == (Over.RATE,)
+        one = beside if turning and rate else first
+        alike = one.acts_on is second.acts_on and one.over != second.over
         pair: frozenset[object] = frozenset(
-            {(one.over, one.slack, one.softness, one.memory_s) for one in (first, second)}
+            {(each.over, each.slack, each.softness, each.memory_s) for each in (one, second)}
         )
-        apart = second.by_direction or (first.has_memory and second.has_memory)
-        if alike and not apart and pair not in met and (not turns or second.over == (Over.RATE,)):
+        apart = second.by_direction or (one.has_memory and second.has_memory)
+        if alike and not apart and pair not in met and (not turns or rate):
             met.add(pair)
-            slack, memory_s = first.slack or second.slack, first.memory_s or second.memory_s
-            both = tuple(sorted((*first.over, *second.over), key=list(Over).index))
-            softness = max(first.softness, second.softness)
+            slack, memory_s = one.slack or second.slack, one.memory_s or second.memory_s
+            both = tuple(sorted((*one.over, *second.over), key=list(Over).index))
+            softness = max(one.softness, second.softness)
             yield replace(second, over=both, slack=slack, softness=softness, memory_s=memory_s)
 
 
