@@ -44,6 +44,7 @@ LINES = [
     following.after_identify(Path("out/friction"), [HERE], 2, True),
     following.after_identify(Path("out/friction"), [HERE], 2, False),
     following.after_identify(Path("out/friction"), [HERE, HERE], 1, True, ["time_s=t [ms]:ms"]),
+    following.after_identify(Path("out/friction"), [HERE], 1, False, ["j.position=q:rad"], ["j"], "m.yaml"),
     following.after_discrepancy(OPEN | {"verdict": "unexplained"}, "emps", 2, Path("out/verdict")),
     following.after_discrepancy(OPEN | {"verdict": "named"}, None, 2, Path("out/verdict")),
     following.after_discrepancy(OPEN | {"verdict": "ambiguous"}, None, 1, Path("out/verdict")),
@@ -68,6 +69,12 @@ LINES = [
     following.after_doctor(Path("c.yaml"), True),
     following.after_doctor(Path("c.yaml"), False, True),
 ]
+
+
+def test_positions_that_seem_to_be_in_turns_are_asked_again_in_turns() -> None:
+    words = ["time_s=t", "j.position=pos", "k.position=a b:deg"]
+    assert following.columns_in_turns(words, ["j", "k"]) == ["time_s=t", "j.position=pos:turn", "k.position=a b:turn"]
+    assert following.columns_in_turns((), ["j"]) == ["j.position=j.position:turn"]
 
 
 def test_a_log_of_axes_that_no_model_has_leads_to_a_model_of_them() -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from scipy.signal import butter, lfilter
+from scipy.signal import butter, lfilter, medfilt
 
 from gimbal_hil.knowledge.identification import RigidAxisFit, RigidAxisRule, fit_rigid_axis
 from gimbal_hil.knowledge.identification.estimate import Determination
@@ -48,15 +51,68 @@ def test_a_position_behind_a_low_pass_leaves_intervals_that_hold_the_truth(k: in
     holds_the_truth(fit, *NUMBERS)
 
 
-@pytest.mark.parametrize("k", heavy_but((0,), (0, 1)))
-def test_a_torque_that_was_cut_off_to_whole_steps_is_told_and_half_a_step_added(k: int) -> None:
-    torque = LOGS[k].torque
+SHORT = replace(BENCH, rate_hz=200.0)
+
+
+def of_short(torque: Floats, which: str = "a") -> RigidAxisFit:
+    log = SHORT.log(which, 10.0)
+    return fit_rigid_axis(log.time, log.position, torque, RigidAxisRule(10.0))
+
+
+@pytest.mark.parametrize("which", heavy_but(("a",), ("a", "b")))
+def test_a_torque_that_was_cut_off_to_whole_steps_is_told_and_half_a_step_added(which: str) -> None:
+    torque = SHORT.log(which, 10.0).torque
     step = float(np.max(np.abs(torque))) / 20.0
-    fit = fitted(k, np.trunc(torque / step) * step)
+    fit = of_short(np.trunc(torque / step) * step, which)
     assert said(fit) == ["torque_cut_off"]
     assert fit.value("inertia") == pytest.approx(TRUE["inertia"], rel=0.005)
-    rounded = fitted(k, np.round(torque / step) * step)
+    rounded = of_short(np.round(torque / step) * step, which)
     assert not said(rounded) and rounded.value("inertia") == pytest.approx(TRUE["inertia"], rel=0.005)
+
+
+@pytest.mark.parametrize("lost", heavy_but((0.0,), (0.0, 1.0)), ids=["not written", "taken off the others too"])
+def test_a_band_without_torque_is_told_and_its_zeros_say_no_more_than_that_they_are_within(lost: float) -> None:
+    torque, band = SHORT.log("a", 10.0).torque, 1.3 * BENCH.coulomb
+    left = np.sign(torque) * np.maximum(np.abs(torque) - lost * band, 0.0)
+    fit = of_short(np.where(np.abs(torque) < band, 0.0, left))
+    assert said(fit) == ["torque_dead_band"]
+    holds_the_truth(fit, *NUMBERS)
+    assert fit.value("inertia") == pytest.approx(TRUE["inertia"], rel=0.005)
+
+
+def test_a_median_of_the_torque_is_told_and_nothing_narrow_is_wrong() -> None:
+    torque = SHORT.log("a", 10.0).torque
+    fit = of_short(medfilt(torque, 15))
+    assert said(fit) == ["torque_median"] and not said(of_short(torque))
+    assert all(one.verdict is Determination.NOT_IDENTIFIED for one in fit.estimates)
+    holds_the_truth(of_short(medfilt(torque, 5)), *NUMBERS)
+
+
+@pytest.mark.parametrize("to_step", heavy_but((np.floor,), (np.round, np.trunc, np.floor)))
+def test_a_torque_of_very_few_steps_leaves_intervals_that_hold_the_truth(to_step: Callable[[Floats], Floats]) -> None:
+    torque = SHORT.log("a", 10.0).torque
+    step = float(np.max(np.abs(torque))) / 5.0
+    fit = of_short(step * to_step(torque / step))
+    holds_the_truth(fit, *NUMBERS, "offset")
+
+
+def test_a_joint_that_coasts_has_no_band_without_torque() -> None:
+    """Zeros that the motion agrees with are torques like others."""
+    log, on = SHORT.log("a", 10.0), np.arange(2000) % 400 < 300
+    torque = np.where(on, 0.4 * np.sin(9.0 * log.time) + 0.1, 0.0)
+    position, rate = np.zeros(2000), 0.0
+    for k in range(1999):
+        for _ in range(20):
+            rest = torque[k] - BENCH.viscous * rate
+            pushed = (
+                rest - BENCH.coulomb * np.sign(rate or rest) if abs(rate) > 1e-4 or abs(rest) > BENCH.coulomb else 0.0
+            )
+            after = rate + 2.5e-4 * pushed / BENCH.inertia
+            rate = 0.0 if after * rate < 0.0 or pushed == 0.0 else after
+            position[k + 1] += 2.5e-4 * rate
+        position[k + 1] += position[k]
+    fit = fit_rigid_axis(log.time, position, torque, RigidAxisRule(10.0))
+    assert not said(fit) and fit.value("coulomb") == pytest.approx(TRUE["coulomb"], rel=0.005)
 
 
 @pytest.mark.parametrize("share", heavy_but((0.01,), (0.002, 0.01)))

@@ -5,6 +5,7 @@ read otherwise?
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.preflight.channels import ChannelEquation, channels_of, in_blocks
 from gimbal_hil.data.preflight.energy import impossible_energy
-from gimbal_hil.data.preflight.readings import MIRRORED, SWAPPED, OtherReading, in_amperes, other_readings
+from gimbal_hil.data.preflight.readings import MIRRORED, SWAPPED, TURNS, OtherReading, in_amperes, other_readings
 from gimbal_hil.data.preflight.slow_rows import require_fast_rows
 from gimbal_hil.data.preflight.stating import stated_unit
 from gimbal_hil.data.signals import STATED_RATE, SignalsTable
@@ -114,7 +115,9 @@ def misreading(
     channels = channels_of(model, blocks)
     as_read = {name: channel.misfit(_FACTOR) for name, channel in channels.items()}
     found: list[tuple[float, OtherReading, tuple[SignalsTable, ...]]] = []
-    if max(as_read.values(), default=0.0) > _SUSPECT:
+    counted = tuple(axis for axis in model.axes if all(_are_whole(table.position(axis)) for table in tables))
+    current = _amperes(model, channels, as_read, counted)
+    if current or max(as_read.values(), default=0.0) > _SUSPECT:
         one_each = [(k,) for k in range(len(tables))] if len(tables) > 1 else []
         for reading in other_readings(model, blocks, tables):
             undone = tuple(_undone(reading, *pair) for pair in zip(tables, blocks, strict=True))
@@ -126,10 +129,19 @@ def misreading(
                 whole = len(which) == len(tables) or _rows(other) == _rows(channels)
                 if whole and _is_right(as_read, left):
                     found.append((_size(left), reading, tuple(tables[k] for k in which)))
-    counted = tuple(axis for axis in model.axes if all(_are_whole(table.position(axis)) for table in tables))
-    current = [(size, reading, tables) for size, reading in _amperes(model, channels, as_read, counted)]
-    best = min((*found, *current), key=lambda one: one[0], default=None)
-    return None if best is None else best[1:]
+    likeliest = min(found, key=lambda one: one[0], default=None)
+    for size, reading in current:
+        if likeliest is None or size < likeliest[0]:
+            turns = likeliest is not None and likeliest[1].what == TURNS
+            return (_or_turns(reading, likeliest) if likeliest and turns else reading), tables
+    return None if likeliest is None else likeliest[1:]
+
+
+def _or_turns(current: OtherReading, turns: tuple[float, OtherReading, tuple[SignalsTable, ...]]) -> OtherReading:
+    """Torque in another unit, with what to say where positions in turns explain the log as well."""
+    _, reading, tables = turns
+    said = _with_option(f"{', '.join(reading.columns)} in turns", tables, reading.units)
+    return replace(current, remedy=f"{current.remedy}; as likely: {said}")
 
 
 def _undone(reading: OtherReading, table: SignalsTable, blocks: SignalsTable) -> SignalsTable:

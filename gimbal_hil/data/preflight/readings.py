@@ -14,7 +14,7 @@ from sim_backend.model import AntennaModel, ModelKind
 
 Floats = NDArray[np.float64]
 
-MIRRORED, SWAPPED = "mirrored", "swapped"
+MIRRORED, SWAPPED, TURNS = "mirrored", "swapped", "in turns"
 _RADIANS = float(np.deg2rad(1.0))
 #: motion is smoothed over this long, s
 _SMOOTHING_S = 0.05
@@ -53,8 +53,9 @@ def other_readings(
         for signals in _some_of(("position", "rate")):
             columns = tuple(f"{axis}.{signal}" for axis in axes for signal in signals)
             if set(columns) <= present and rotary:
-                undone, units = _scaled(columns, _RADIANS), _units(columns, "deg", "deg/s")
-                yield OtherReading(columns, "in degrees", "radians (and rad/s)", undone, units=units)
+                for what, size, unit in (("in degrees", _RADIANS, "deg"), (TURNS, 2.0 * np.pi, "turn")):
+                    units = _units(columns, unit, f"{unit}/s")
+                    yield OtherReading(columns, what, "radians (and rad/s)", _scaled(columns, size), units=units)
             elif set(columns) <= present:
                 undone, units = _scaled(columns, 1e-3), _units(columns, "mm", "mm/s")
                 yield OtherReading(columns, "in millimetres", "metres (and m/s)", undone, units=units)

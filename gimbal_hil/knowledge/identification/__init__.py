@@ -43,6 +43,7 @@ from gimbal_hil.knowledge.identification.sliding import MapHalf, StaticFit, fit_
 from gimbal_hil.knowledge.identification.steadiness import SteadyRule, SteadyWindow, find_steady_window
 from gimbal_hil.knowledge.identification.stribeck import LUGRE_NAMES, LugreFriction, StaticFriction
 from gimbal_hil.knowledge.identification.timing import Timing
+from gimbal_hil.knowledge.identification.torque_scale import IN_TURNS
 from gimbal_hil.knowledge.identification.unsmoothed import Unsmoothed, unsmoothed
 from gimbal_hil.knowledge.identification.velocity_map import (
     Plateau,
@@ -53,6 +54,7 @@ from gimbal_hil.knowledge.identification.velocity_map import (
 )
 
 __all__ = [
+    "IN_TURNS",
     "LUGRE_NAMES",
     "AxisIdentification",
     "AxisRecord",

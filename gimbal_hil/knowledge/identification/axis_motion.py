@@ -6,10 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
-from gimbal_hil.knowledge.estimation import ShiftedProblem
+from gimbal_hil.knowledge.estimation import ShiftedFit, ShiftedProblem
 from gimbal_hil.knowledge.identification.averaging import Vector
 from gimbal_hil.knowledge.identification.least_squares import Matrix
 from gimbal_hil.knowledge.identification.position_ripple import OverPosition
@@ -52,13 +53,16 @@ def regression_rule(period_s: float, time_stated: bool = False, linear: bool = F
 
 @dataclass(frozen=True)
 class AxisMotion:
-    """What was logged of one axis, (n,) each: `torque` held over the sample, `known` sampled, from the positions."""
+    """What was logged of one axis, (n,) each: `torque` held over the sample, `known` sampled, from the positions; rows
+    whose torque was `made_up` are witnesses of nothing.
+    """
 
     time_s: Vector
     position: Vector
     torque: Vector
     known: Vector
     rule: RigidAxisRule
+    made_up: NDArray[np.bool_] | None = None
 
     @property
     def step_s(self) -> float:
@@ -78,6 +82,7 @@ class AxisMotion:
             position=self.position[part][::every],
             torque=self.torque[part].reshape(count, every).mean(axis=1),
             known=self.known[part][::every],
+            made_up=None if self.made_up is None else np.any(self.made_up[part].reshape(count, every), axis=1),
         )
 
     def problems(
@@ -96,14 +101,31 @@ class AxisMotion:
                 if own or len(rows) >= _FEWEST_ROWS:
                     yield replace(problem, rows=rows), rate
 
+    def torque_of(self, fit: ShiftedFit, ripples: tuple[OverPosition, ...] = ()) -> Vector:
+        """The torque (n,) that a fit of this motion asks for in each row, from motion in the band of the fit."""
+        step = self.step_s
+        smooth, rate = self._smooth(self.rule.bandwidth_hz)
+        asked = (
+            *_columns(smooth, rate, step, self.rule.per_direction),
+            *(column for ripple in ripples for column in ripple.columns(smooth)),
+        )
+        at_samples = np.stack(asked, axis=1) @ fit.solution - self.known
+        # a row is in force from its sample to the next, and was logged late by the shift
+        places = np.arange(len(at_samples), dtype=np.float64)
+        return np.asarray(np.interp(places + 0.5 - fit.shift_s / step, places, at_samples))
+
+    def _smooth(self, cutoff_hz: float, smoothed: SmoothedLog | None = None) -> tuple[Vector, Vector]:
+        """Position and rate behind a low-pass, (n,) each."""
+        position = self.position if smoothed is None else smoothed.sharp(self.position, self.step_s)
+        smooth = sosfiltfilt(_low_pass(cutoff_hz, 1.0 / self.step_s), position)
+        return smooth, np.asarray(CubicSpline(self.time_s, smooth)(self.time_s, 1))
+
     def _problem(
         self, band: float, ripples: tuple[OverPosition, ...], smoothed: SmoothedLog | None
     ) -> tuple[ShiftedProblem, Vector, np.ndarray]:
         """One of a band, its rate (n,), and which rows are far enough from both ends."""
         step, rule = self.step_s, self.rule
-        position = self.position if smoothed is None else smoothed.sharp(self.position, step)
-        smooth = sosfiltfilt(_low_pass(_WIDER * band, 1.0 / step), position)
-        rate = np.asarray(CubicSpline(self.time_s, smooth)(self.time_s, 1))
+        smooth, rate = self._smooth(_WIDER * band, smoothed)
         narrow = _low_pass(band, 1.0 / step)
         asked = (
             *_columns(smooth, rate, step, self.rule.per_direction),
@@ -118,6 +140,7 @@ class AxisMotion:
         inside = np.zeros(len(target), dtype=bool)
         margin = int(round(edge / step))
         inside[margin : len(target) - margin] = True
+        inside &= True if self.made_up is None else ~self.made_up
         most = max(_MOST_SHIFT_S, _MOST_SHIFT_ROWS * step)
         return ShiftedProblem(step, target, load, columns, np.flatnonzero(inside), band, most), rate, inside
 

@@ -1,14 +1,14 @@
 """How else the torque column of a log may have come about, where its numbers leave that open.
 
-A torque that is the same for five rows was in force for them, or was asked for only every fifth row; one on
-whole steps was rounded to them, or cut off towards zero. No number may depend on which: the regression is made for
-each, and the intervals hold all that the log leaves possible.
+A torque that is the same for five rows was in force for them, or was asked for only every fifth row; an early one is
+early, or the position comes late through a low-pass. No number may depend on which: the regression is made for each,
+and the intervals hold all that the log leaves possible. `torque_column` has what zeros, steps and extremes leave open.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,11 +21,9 @@ from gimbal_hil.knowledge.identification.smoothed_log import SmoothedColumn, Smo
 
 #: rows of one torque that are a stair, and the longest; so many stairs, and this share of them of one length but a row
 _LEAST_ROWS, _MOST_ROWS, _FEWEST, _ALMOST_ALL = 1.8, 50.0, 50, 0.9
-#: a torque has few steps where its largest is fewer of them than this; its numbers are whole ones to this share of one
-_FEW_STEPS, _WHOLE = 200.0, 1e-3
-#: another reading (a torque that was cut off, a position behind a low-pass) is possible where the squares that are left
-#: are at most so many times those of the plain one, and certain where they are at most this share of them
-_POSSIBLE, _CERTAIN = 1.5, 0.5
+#: a position behind a low-pass is possible where the squares that are left are at most so many times those of the plain
+#: one
+_POSSIBLE = 1.5
 #: rounds in which the lag of a position settles
 _ROUNDS = 3
 
@@ -43,44 +41,6 @@ def stair_of(torque: Vector) -> float:
     alike = np.abs(rows - usual) <= 1.0
     mean = float(np.mean(rows[alike]))
     return mean if np.mean(alike) > _ALMOST_ALL and _LEAST_ROWS <= mean <= _MOST_ROWS else 1.0
-
-
-def step_of(torque: Vector) -> float:
-    """The step of whole ones of which a torque (n,) has few; zero for a finer one."""
-    levels = np.unique(torque)
-    step = float(np.min(np.diff(levels))) if len(levels) > 2 else 0.0
-    most = float(np.max(np.abs(torque)))
-    if step <= 0.0 or most > _FEW_STEPS * step:
-        return 0.0
-    counts = torque / step
-    return step if np.all(np.abs(counts - np.round(counts)) < _WHOLE * (1.0 + np.abs(counts))) else 0.0
-
-
-@dataclass(frozen=True)
-class UncutTorque:
-    """A motion whose torque was cut off towards zero, with half a `step` more; whether the log says that it was."""
-
-    motion: AxisMotion
-    step: float
-    is_certain: bool
-
-    def finding(self, linear: bool) -> DataWarning:
-        """What a reader must know of it."""
-        text = (
-            f"the torque column has only whole steps of {self.step:.3g} {'N' if linear else 'N m'} and fits the motion "
-            "better as cut off towards zero than as rounded: half a step was added; a log of more digits says more"
-        )
-        return DataWarning("torque_cut_off", text)
-
-
-def uncut_torque(motion: AxisMotion, ripples: Ripples) -> UncutTorque | None:
-    """The motion as if its torque had been cut off towards zero; None where it was not."""
-    step = step_of(motion.torque)
-    if step == 0.0:
-        return None
-    other = replace(motion, torque=motion.torque + 0.5 * step * np.sign(motion.torque))
-    plain, cut = (fit_shifted(next(one.problems(ripples))[0]).cost for one in (motion, other))
-    return UncutTorque(other, step, cut <= _CERTAIN * plain) if cut <= _POSSIBLE * plain else None
 
 
 def two_clocks(late: Sequence[Interval]) -> tuple[DataWarning, ...]:

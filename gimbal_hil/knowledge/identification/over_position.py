@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from gimbal_hil.knowledge.estimation import fit_shifted
 from gimbal_hil.knowledge.identification.axis_motion import AxisMotion
-from gimbal_hil.knowledge.identification.position_ripple import OverPosition, ripples_of, slopes_over
+from gimbal_hil.knowledge.identification.estimate import Determination, Estimate
+from gimbal_hil.knowledge.identification.position_ripple import OverPosition, PositionSlope, ripples_of, slopes_over
 from gimbal_hil.knowledge.identification.smoothed_log import SmoothedLog
 
 #: a slope over position counts where it leaves at most this share of the squares: what it means for friction and
@@ -38,3 +41,11 @@ def over_position(motion: AxisMotion, numbers: int, smoothed: SmoothedLog | None
         solution = fit_shifted(next(motion.problems(over, smoothed))[0]).solution[numbers:]
         over = tuple(one.moved(own) for one, own in zip(over, solution.reshape(len(over), -1), strict=True))
     return over
+
+
+def beside_slope(offset: Estimate, over: tuple[OverPosition, ...]) -> Estimate:
+    """An offset beside a torque that follows position: where that is nothing, nobody said."""
+    if not any(isinstance(one, PositionSlope) for one in over):
+        return offset
+    reason = "it cannot be told from the torque that follows position"
+    return replace(offset, verdict=Determination.NOT_IDENTIFIED, reason=reason)

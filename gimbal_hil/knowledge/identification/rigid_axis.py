@@ -8,7 +8,7 @@ half the band, without slow rows, with a low-pass in place of a shift, and of pa
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -33,10 +33,9 @@ from gimbal_hil.knowledge.identification.other_columns import (
     lagged_position,
     refreshed_problems,
     two_clocks,
-    uncut_torque,
 )
-from gimbal_hil.knowledge.identification.over_position import over_position
-from gimbal_hil.knowledge.identification.position_ripple import OverPosition, PositionSlope
+from gimbal_hil.knowledge.identification.over_position import beside_slope, over_position
+from gimbal_hil.knowledge.identification.position_ripple import OverPosition
 from gimbal_hil.knowledge.identification.smoothed_log import SmoothedColumn, SmoothedLog
 from gimbal_hil.knowledge.identification.smoothing_search import (
     guesses_of,
@@ -46,6 +45,7 @@ from gimbal_hil.knowledge.identification.smoothing_search import (
     smoothings_of,
 )
 from gimbal_hil.knowledge.identification.timing import STATE_IT, Timing
+from gimbal_hil.knowledge.identification.torque_column import other_torques, with_room
 
 #: a low-pass is seen where at most this share is left of what a shift alone leaves: less may be the noise of the
 #: encoder, which a lag smooths too
@@ -180,12 +180,9 @@ def fit_rigid_axis(
     )
     as_stated = [_replicates(fit_at(problem), seed) for problem, _ in problems]
     estimates = _estimates(names, fit, shifted, as_stated, timing, rule.linear)
-    if any(isinstance(one, PositionSlope) for one in ripples):
-        estimates = tuple(_beside_slope(one) if one.name == "offset" else one for one in estimates)
     rms = float(np.sqrt(np.mean(fit.residual**2)))
     relative = rms / float(np.sqrt(np.mean(fit.target**2)))
-    if relative > _UNEXPLAINED:
-        estimates = tuple(map(_beside_something_else, estimates))
+    estimates = _doubted(estimates, replace(logged, ripples=ripples), relative)
     rows = plain.rows
     first = (as_stated if rule.time_stated else shifted)[0]
     correlations = of_replicates(names, first.numbers[:, : len(names)], fit.solution[: len(names)])
@@ -220,6 +217,9 @@ class AsLogged:
     #: the motion with a torque that may as well have been logged otherwise, and what is to be known of this one
     others: tuple[AxisMotion, ...] = ()
     warnings: tuple[DataWarning, ...] = ()
+    #: the torque (n,) as its column has it, and whether something took a part of it away for good
+    column: Vector = field(default_factory=lambda: np.zeros(0))
+    is_part: bool = False
 
     def smoothings(self) -> tuple[SmoothedLog, ...]:
         """What somebody did to the columns before they were saved, the likeliest first."""
@@ -260,15 +260,17 @@ def as_logged(
     load = np.zeros(len(torque)) if known is None else known
     motion, names = AxisMotion(time_s, position, torque, load, rule), _NAMES[rule.per_direction]
     ripples = over_position(motion, len(names))
-    uncut = uncut_torque(motion, ripples)
-    others = () if uncut is None or uncut.is_certain else (uncut.motion,)
-    warnings = () if uncut is None or not uncut.is_certain else (uncut.finding(rule.linear),)
-    if uncut is not None and uncut.is_certain:
-        motion = uncut.motion
+    others = other_torques(motion, ripples)
+    is_part = any(one.took_much for one in others)
+    warnings = tuple({one.finding.rule: one.finding for one in others if one.is_told}.values())
+    if others and others[0].is_certain:
+        motion, others = others[0].motion, others[1:]
         ripples = over_position(motion, len(names))
     problems = list(motion.problems(ripples))
     fits = _shifted([problem for problem, _ in problems])
-    return AsLogged(motion, names, ripples, problems, fits, others, warnings)
+    return AsLogged(
+        motion, names, ripples, problems, fits, tuple(one.motion for one in others), warnings, torque, is_part
+    )
 
 
 def _shifted(problems: list[ShiftedProblem]) -> list[ShiftedFit]:
@@ -346,16 +348,19 @@ def _estimates(
     return tuple(estimates)
 
 
-def _beside_something_else(estimate: Estimate) -> Estimate:
-    """The estimate of a log whose torque is for the most part of something else, however narrow its interval."""
-    reason = "most of the torque in this log is of something else, and a part of that may be in this number"
-    return replace(estimate, verdict=Determination.NOT_IDENTIFIED, reason=reason)
-
-
-def _beside_slope(estimate: Estimate) -> Estimate:
-    """An offset beside a torque that follows position: where that is nothing, nobody said."""
-    reason = "it cannot be told from the torque that follows position"
-    return replace(estimate, verdict=Determination.NOT_IDENTIFIED, reason=reason)
+def _doubted(estimates: tuple[Estimate, ...], logged: AsLogged, relative: float) -> tuple[Estimate, ...]:
+    """The estimates as far as a log allows them, of which this share of the torque is left."""
+    estimates = tuple(
+        beside_slope(with_room(one, logged.column), logged.ripples) if one.name == "offset" else one
+        for one in estimates
+    )
+    if relative > _UNEXPLAINED:
+        reason = "most of the torque in this log is of something else, and a part of that may be in this number"
+    elif logged.is_part:
+        reason = "a part of the torque is not in the column any more, and this number lacks it"
+    else:
+        return estimates
+    return tuple(replace(one, verdict=Determination.NOT_IDENTIFIED, reason=reason) for one in estimates)
 
 
 def _over(fits: list[_Replicates], index: int, value: float) -> Interval:

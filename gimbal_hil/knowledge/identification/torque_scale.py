@@ -18,7 +18,8 @@ _SAYS_IT = 0.1
 #: an inertia within this share of the model's vouches for the torque: both would have to be off alike
 _SAME = 0.1
 _TURN = 2.0 * np.pi
-_IN_TURNS = "position_in_turns"
+#: rule of the finding that positions are in turns
+IN_TURNS = "position_in_turns"
 
 
 def scale_findings(
@@ -46,14 +47,14 @@ def scale_findings(
                 f"the inertia is {times:.3g} times the model's {own:.4g}, about 2 pi: the position seems to be in "
                 f"turns, as ODrive and moteus log it, and is read in radians: --column {axis}.position=COLUMN:turn"
             )
-            return (DataWarning(_IN_TURNS, turns, axis, frozenset(e.name for e in told.values() if _has_angle(e))),)
+            return (DataWarning(IN_TURNS, turns, axis, frozenset(e.name for e in told.values() if _has_angle(e))),)
         text += f". The inertia is {times:.3g} times the model's {own:.4g}: if that one is known, this is the factor"
     return (DataWarning("torque_scale", text, axis, frozenset(told)),)
 
 
 def without_doubted(estimates: tuple[Estimate, ...], findings: tuple[DataWarning, ...]) -> tuple[Estimate, ...]:
     """The estimates without those that a position in turns would have made wrong: of them the prior stays."""
-    if not any(one.rule == _IN_TURNS for one in findings):
+    if not any(one.rule == IN_TURNS for one in findings):
         return estimates
     reason = "the position seems to be in turns, and this number depends on its unit"
     experiment = "the same log, with the unit of its position stated"

@@ -215,9 +215,22 @@ def after_plant(config: Path | None, kind: str, path: str) -> str:
     return command_line("init", "mine", "--yes", link=f"{kind}:{path}")
 
 
-def after_identify(out: Path, runs: Sequence[Path], axes: int, found: bool, columns: Sequence[str] = ()) -> str:
-    """A log to judge the identified model on: a survey, or on a single axis the logs at hand."""
+def after_identify(
+    out: Path,
+    runs: Sequence[Path],
+    axes: int,
+    found: bool,
+    columns: Sequence[str] = (),
+    in_turns: Collection[str] = (),
+    given: str | None = None,
+) -> str:
+    """A log to judge the identified model on: a survey, or on a single axis the logs at hand. Where positions of some
+    axes seem to be `in_turns`, the same again with that said, from the model that was `given`.
+    """
     model = out / "model.yaml"
+    if in_turns:
+        said = columns_in_turns(columns, in_turns)
+        return command_line("identify", *runs, model=given, column=said, out=_new(out))
     if axes == 1:
         logs = [str(run) for run in runs]
         out = _new(out.parent / "verdict")
@@ -225,6 +238,17 @@ def after_identify(out: Path, runs: Sequence[Path], axes: int, found: bool, colu
     if not found:
         return _experiment("sliding", origin_of(runs), None, runs[0].parent / "sliding_again")
     return _experiment("survey", origin_of(runs), model, out.parent / "survey")
+
+
+def columns_in_turns(columns: Sequence[str], axes: Collection[str]) -> list[str]:
+    """Words for `--column` with the positions of these axes in turns."""
+    names = [f"{axis}.position" for axis in axes]
+    said = [word for word in columns if word.partition("=")[0] not in names]
+    own = {word.partition("=")[0]: word.partition("=")[2].rpartition(":") for word in columns}
+    for name in names:
+        before, colon, unit = own.get(name, ("", "", name))
+        said.append(f"{name}={before if colon else unit}:turn")
+    return said
 
 
 #: what the experiment `sliding` measures

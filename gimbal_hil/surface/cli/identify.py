@@ -99,7 +99,13 @@ def command(
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO
-    from gimbal_hil.knowledge.identification import Determination, has_table, identification_record, table_record
+    from gimbal_hil.knowledge.identification import (
+        IN_TURNS,
+        Determination,
+        has_table,
+        identification_record,
+        table_record,
+    )
     from gimbal_hil.surface.cli.following import after_identify, print_next
 
     require_new(out, force, MODEL_FILE, ANSWER_FILE, REPORT_FILE)
@@ -117,7 +123,8 @@ def command(
     print(json.dumps(record, allow_nan=False) if as_json else told)
     found = any(e.verdict is Determination.IDENTIFIED for result in results for e in result.estimates)
     if not as_json:
-        print_next(after_identify(out, runs, len(given.axes), found, reading.column or ()))
+        turned = [result.axis for result in results if any(one.rule == IN_TURNS for one in result.findings)]
+        print_next(after_identify(out, runs, len(given.axes), found, reading.column or (), turned, model))
     return EXIT_DONE if found else EXIT_NO
 
 
