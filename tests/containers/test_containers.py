@@ -238,6 +238,15 @@ def test_the_joint_that_is_called_as_the_axis_is_taken_whatever_the_topic_is_cal
     assert words == ("joint.position=/joint_states.position[joint]", "joint.torque=/joint_states.effort[joint]")
 
 
+def test_of_joints_that_nobody_named_one_that_moves_is_taken() -> None:
+    rows = np.arange(9.0)
+    found = [
+        Found.of(f"{name}[{joint}]", "", k * rows) for k, joint in enumerate("ab") for name in ("position", "effort")
+    ]
+    assert guessed(found, ("AXIS",)) == ("AXIS.position=position[b]", "AXIS.torque=effort[b]")
+    assert guessed(found, ("a",)) == ("a.position=position[a]", "a.torque=effort[a]")
+
+
 def test_a_position_that_a_drive_logs_in_turns_is_read_in_turns() -> None:
     odrive = [Found(name) for name in ("timestamp", "axis0.pos_estimate", "axis0.Iq_setpoint")]
     assert guessed(odrive, ("joint",))[0] == "joint.position=axis0.pos_estimate:turn"

@@ -11,7 +11,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers import contents_of
 from gimbal_hil.data.signals import ColumnMap, read_signals
 from gimbal_hil.surface.checking import FileKind, check_files
-from tests.cases.joint import MODEL
+from tests.cases.joint import BENCH, MODEL, table_text
 from tests.tables.joint import Q, T, U, lines
 
 
@@ -28,20 +28,26 @@ def test_the_words_that_check_prints_read_the_table(tmp_path: Path, ending: str)
     assert np.allclose(table.position("joint"), Q, atol=1e-6) and np.allclose(table.torque("joint"), U, atol=1e-6)
 
 
-def test_a_table_without_a_header_is_listed_by_number_and_no_command_is_proposed(tmp_path: Path) -> None:
+def test_a_table_without_a_header_is_listed_by_number_and_no_command_is_proposed_where_nothing_moves_so(
+    tmp_path: Path,
+) -> None:
     path = tmp_path / "foc.txt"
-    path.write_text("\n".join(line.replace(",", "\t") for line in lines(header=None)) + "\n")
+    path.write_text("\n".join(f"{k}\t{np.sin(0.1 * k):.4f}\t{np.cos(0.3 * k):.4f}" for k in range(400)) + "\n")
     (seen,) = check_files([path], ("joint",))
     assert seen.is_strange and not seen.reads_as
     assert "its columns are called 1 to 3" in seen.text and "--rate HZ" in seen.text
+    assert "column 1 rises evenly, as a time does; if so: --column time_s=1:UNIT AXIS.position" in seen.text
 
 
-def test_a_table_without_a_header_is_told_which_column_rises_as_a_time_does(tmp_path: Path) -> None:
-    path = tmp_path / "numbers.csv"
-    rows = [f"{np.degrees(q):.5f},{1e3 * t:.1f},{u:.6f}" for t, q, u in zip(T, Q, U, strict=True)]
-    path.write_text("\n".join(rows) + "\n")
-    (seen,) = check_files([path], ("joint",))
-    assert "column 2 rises evenly, as a time does; if so: --column time_s=2:UNIT AXIS.position" in seen.text
+def test_a_table_without_a_header_is_read_by_how_its_columns_move_in_units_that_fit_the_model(tmp_path: Path) -> None:
+    path, model = tmp_path / "numbers.csv", tmp_path / "model.yaml"
+    model.write_text(MODEL)
+    log = BENCH.log("a", 8.0)
+    columns = {"q": np.degrees(log.position), "t": 1e3 * log.time, "u": log.torque, "v": log.rate}
+    path.write_text(table_text(columns).partition("\n")[2])
+    seen = check_files([path, model])[0]
+    assert not seen.is_strange and seen.reads_as == ("time_s=2:ms", "joint.position=1:deg", "joint.torque=3")
+    assert check_files([path], ("joint",))[0].reads_as[1] == "joint.position=1" and "is to be said" not in seen.text
 
 
 def test_a_table_with_the_names_of_a_signals_table_is_checked_as_one(tmp_path: Path) -> None:

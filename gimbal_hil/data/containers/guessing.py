@@ -6,6 +6,9 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gimbal_hil.data.tables import unit_size
 
 #: words in a name -> points for a signal; the more special the word, the more it counts
@@ -71,16 +74,23 @@ _LEAST = 3
 
 @dataclass(frozen=True)
 class Found:
-    """A column of a file and the unit that the file states for it."""
+    """A column of a file, the unit that the file states for it, and whether its numbers ever change."""
 
     column: str
     unit: str = ""
+    moves: bool = True
+
+    @classmethod
+    def of(cls, column: str, unit: str, values: NDArray[np.float64]) -> Found:
+        """With what its values (n,) do."""
+        good = values[np.isfinite(values)]
+        return cls(column, unit, bool(len(good) and np.ptp(good) > 0.0))
 
 
 def guessed(columns: Sequence[Found], axes: Sequence[str], taken: Sequence[str] = ()) -> tuple[str, ...]:
     """Words for `--column`, position and torque (else current) of each axis, as far as names and units tell.
 
-    A column whose name has an axis' name in it goes to that axis, others in their order.
+    A column whose name has an axis' name in it goes to that axis, others in their order, those that never change last.
     """
     words: list[str] = []
     for signals in (("position",), ("torque", "current")):
@@ -92,6 +102,7 @@ def guessed(columns: Sequence[Found], axes: Sequence[str], taken: Sequence[str] 
             # of /joint_states.position[base] and [joint] only the second is of an axis that is called joint
             own.sort(key=lambda one: f"[{axis.lower()}]" not in one[1].column.lower())
             rest = [one for one in best if not any(name.lower() in one[1].column.lower() for name in axes)]
+            rest.sort(key=lambda one: not one[1].moves)
             for signal, found, unit in own[:1] or rest[place : place + 1]:
                 unit = unit or (_unit_of_drive(found.column, columns) if signal == "position" else "")
                 words.append(f"{axis}.{signal}={found.column}" + (f":{unit}" if unit else ""))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -13,6 +14,7 @@ from gimbal_hil.data.containers.guessing import Found, command_line, guessed
 _LISTED = 40
 #: whole numbers over a wider range may be counts
 _COUNTS = 100.0
+_IS_TIME = re.compile("time_s=").match
 
 
 def survey(contents: Contents, words: Sequence[str], is_whole: bool) -> list[str]:
@@ -28,7 +30,7 @@ def survey(contents: Contents, words: Sequence[str], is_whole: bool) -> list[str
         lines.append(f"  names tell: {command_line(words)}; the rest is AXIS.position=COLUMN:UNIT, by name or number")
     else:
         lines.append("  no column looks like a position or a torque; --column AXIS.position=COLUMN:UNIT names them")
-    if all(group.time_s is None for group in contents.groups):
+    if all(group.time_s is None for group in contents.groups) and not any(map(_IS_TIME, words)):
         lines.append("  its rows have no times that are known: --column time_s=COLUMN:UNIT names them, else --rate HZ")
         lines += [
             f"  column {name} rises evenly, as a time does; if so: --column time_s={name}:UNIT "
@@ -40,7 +42,10 @@ def survey(contents: Contents, words: Sequence[str], is_whole: bool) -> list[str
 
 def guess(contents: Contents, axes: Sequence[str]) -> tuple[str, ...]:
     """Words for `--column` as far as names and units tell."""
-    found = [Found(name, group.units.get(name, "")) for group in contents.groups for name in group.columns]
+    groups = contents.groups
+    found = [
+        Found.of(name, group.units.get(name, ""), group.columns[name]) for group in groups for name in group.columns
+    ]
     once = list({one.column: one for one in found}.values())
     return guessed(once, axes)
 

@@ -144,6 +144,14 @@ def _or_turns(current: OtherReading, turns: tuple[float, OtherReading, tuple[Sig
     return replace(current, remedy=f"{current.remedy}; as likely: {said}")
 
 
+def likely_units(model: AntennaModel, table: SignalsTable) -> Mapping[str, str]:
+    """Units of columns of a table, as `--column` says them, under which it fits the model; empty where it does as it
+    stands.
+    """
+    found = misreading(model, (table,))
+    return {} if found is None or found[0].what in (MIRRORED, SWAPPED) else found[0].units
+
+
 def _undone(reading: OtherReading, table: SignalsTable, blocks: SignalsTable) -> SignalsTable:
     """Means of the rows of a table as the reading says that it should have been."""
     return in_blocks(reading.undone(table)) if reading.of_rows else reading.undone(blocks)

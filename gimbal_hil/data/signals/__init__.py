@@ -1,5 +1,6 @@
 """The signals table: measured data from run folders, CSV and Parquet, checked when read; logs on one time grid."""
 
+from gimbal_hil.data.signals.by_motion import words_by_motion
 from gimbal_hil.data.signals.clock import LONGEST_PERIOD_S, smaller_unit
 from gimbal_hil.data.signals.column_map import ColumnMap
 from gimbal_hil.data.signals.form import STATED_RATE
@@ -35,5 +36,6 @@ __all__ = [
     "smaller_unit",
     "unit_of",
     "units_of",
+    "words_by_motion",
     "write_signals",
 ]

@@ -30,7 +30,7 @@ _IN_PARTS = (
 
 def guessed_words(raw: RawColumns, axes: Sequence[str]) -> tuple[str, ...]:
     """Words for `--column`: time, position and torque (else current) of each axis, as far as names and units tell."""
-    columns = [Found(name, raw.units.get(name, "")) for name in raw.values]
+    columns = [Found.of(name, raw.units.get(name, ""), values) for name, values in raw.values.items()]
     words = guessed(columns, axes)
     return (*_time_word(raw), *words) if words else ()
 

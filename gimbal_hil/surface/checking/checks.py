@@ -13,9 +13,16 @@ from firmware_protocol.errors import BadInputError, DamagedRunError, GimbalHilEr
 from firmware_protocol.json_object import Json
 from firmware_protocol.links import AdapterLinkConfig, require_known_interface
 from gimbal_hil.data.containers import Contents, contents_of, guess, survey
-from gimbal_hil.data.preflight import preflight, questioned
+from gimbal_hil.data.preflight import likely_units, preflight, questioned
 from gimbal_hil.data.runs import damage_of, open_run
-from gimbal_hil.data.signals import ColumnMap, contents_of_table, guessed_words, is_read_by, read_signals
+from gimbal_hil.data.signals import (
+    ColumnMap,
+    contents_of_table,
+    guessed_words,
+    is_read_by,
+    read_signals,
+    words_by_motion,
+)
 from gimbal_hil.data.tables import RawColumns, read_table
 from gimbal_hil.knowledge.experiments import embedded_model_of, load_plan
 from gimbal_hil.loop.settings import DaemonSettings, EmbeddedAntenna, load_settings
@@ -26,6 +33,7 @@ from sim_backend.model import AntennaModel, load_model
 
 #: stands for the axis of a stranger's columns where nobody has said its name
 UNNAMED_AXIS = "AXIS"
+_BY_MOTION = "  no name tells it, their motion does; other units than s, rad and N m are to be said, as 2:deg or 3:mNm"
 #: keys of a plan's segment that hold a table and are no axis
 _NO_AXES = ("guards", "meaning")
 _AS_CALLED = ColumnMap({})
@@ -218,9 +226,12 @@ def _signals(path: Path, _document: dict[str, object], axes: tuple[str, ...], lo
         raw = read_table(path)
         if _is_a_strangers(raw, axes):
             words = guessed_words(raw, named)
-            whole = is_read_by(words, named)
-            words, open_words = _as_torques(words, logs.model)
+            moved = _by_motion(path, raw, named, logs.model) if not words else ()
+            whole = is_read_by(words or moved, named)
+            words, open_words = _as_torques(words or moved, logs.model)
             lines = survey(contents_of_table(raw), words, whole) + open_words
+            if moved:
+                lines.append(_BY_MOTION)
             return _Seen("\n".join(lines), reads_as=words, is_strange=not whole)
         axes = axes or _axes_in(raw.values)
     axes = axes or _axes_in(columns.sources)
@@ -234,6 +245,19 @@ def _signals(path: Path, _document: dict[str, object], axes: tuple[str, ...], lo
     unmodelled = axes if logs.model is None and axes != (OUTER, INNER) else ()
     text = f"{len(table)} rows at {1.0 / table.period_s:g} Hz, axes {' and '.join(axes)}{notes}"
     return _Seen(text, unmodelled=unmodelled)
+
+
+def _by_motion(path: Path, raw: RawColumns, axes: Sequence[str], model: AntennaModel | None) -> tuple[str, ...]:
+    """Words for `--column` of the columns that move as position and torque of an axis do, in the units in which they
+    fit its model.
+    """
+    words = words_by_motion(raw.values, axes[0]) if len(axes) == 1 else ()
+    if words and model is not None:
+        with suppress(GimbalHilError):
+            units = likely_units(model, read_signals(path, model, columns=ColumnMap.of_words(words)))
+            told = [(word, units.get(word.partition("=")[0])) for word in words]
+            return tuple(f"{word}:{unit}" if unit else word for word, unit in told)
+    return words
 
 
 def _as_torques(words: Sequence[str], model: AntennaModel | None) -> tuple[tuple[str, ...], list[str]]:
