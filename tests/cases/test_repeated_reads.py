@@ -11,7 +11,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals import SignalsTable, read_signals
 from gimbal_hil.data.tables.labels import arranged
 from tests.cases.asking import asked
-from tests.cases.joint import BENCH, MODEL, Floats
+from tests.cases.joint import BENCH, MODEL, Floats, table_text
 
 LOG = BENCH.log(seed=4)
 ROWS = len(LOG.time)
@@ -134,3 +134,17 @@ def test_one_cut_line_among_lines_with_named_cells_is_refused_by_its_line(tmp_pa
     lines = [f"t:{k * 0.005:.3f} pos:{k * 0.1:.2f} tau:0.1" for k in range(400)]
     layout = arranged([*lines[:100], "t:0.5 pos:1", *lines[101:]])[1]
     assert layout is not None and layout.labelled and layout.names == ("t", "pos", "tau")
+
+
+def test_joints_whose_torque_was_not_logged_are_read_as_they_stand(tmp_path: Path) -> None:
+    """As those of an arm beside the one that is asked about."""
+    log = BENCH.log(seconds=4.0)
+    columns = {
+        "time_s": log.time,
+        "joint.torque": log.torque,
+        "joint.position": log.position,
+        "base.position": log.rate,
+    }
+    (tmp_path / "log.csv").write_text(table_text(columns))
+    table = read_signals(tmp_path / "log.csv", ("joint", "base"), passive=("base",))
+    assert len(table) == len(log.time) and "base.torque" not in table.columns

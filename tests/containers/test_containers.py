@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.containers import CONTAINERS, contents_of, guess
+from gimbal_hil.data.containers import CONTAINERS, Contents, SampledGroup, contents_of, guess, survey
 from gimbal_hil.data.containers.guessing import Found, guessed
 from gimbal_hil.data.signals import ColumnMap, read_signals
 from gimbal_hil.surface.checking import check_files
@@ -245,6 +245,10 @@ def test_of_joints_that_nobody_named_one_that_moves_is_taken() -> None:
     ]
     assert guessed(found, ("AXIS",)) == ("AXIS.position=position[b]", "AXIS.torque=effort[b]")
     assert guessed(found, ("a",)) == ("a.position=position[a]", "a.torque=effort[a]")
+    seen = Contents(Path("arm.csv"), "table", (SampledGroup("rows", rows, {one.column: rows for one in found}),))
+    assert (
+        "positions of 2 joints (a, b); where they are those of an arm: gimbal-hil joint" in survey(seen, (), False)[-1]
+    )
 
 
 def test_a_position_that_a_drive_logs_in_turns_is_read_in_turns() -> None:

@@ -15,6 +15,8 @@ _LISTED = 40
 #: whole numbers over a wider range may be counts
 _COUNTS = 100.0
 _IS_TIME = re.compile("time_s=").match
+#: the name of a joint as messages of joint states have it; so many are listed
+_JOINT, _NAMED = re.compile(r"position\[(.+)\]$"), 6
 
 
 def survey(contents: Contents, words: Sequence[str], is_whole: bool) -> list[str]:
@@ -37,7 +39,19 @@ def survey(contents: Contents, words: Sequence[str], is_whole: bool) -> list[str
             "AXIS.position=COLUMN:UNIT AXIS.torque=COLUMN:UNIT, such as 1:ms, 2:deg, 3:mNm"
             for name in _clocks(contents)[:1]
         ]
+    if len(joints := _joints(contents)) > 1:
+        names = ", ".join(joints[:_NAMED]) + (" ..." if len(joints) > _NAMED else "")
+        lines.append(
+            f"  positions of {len(joints)} joints ({names}); where they are those of an arm: gimbal-hil joint "
+            f"{contents.path} --urdf ARM.urdf --joint NAME takes out one"
+        )
     return lines
+
+
+def _joints(contents: Contents) -> list[str]:
+    """Names of joints in brackets behind a position."""
+    found = (_JOINT.search(name) for group in contents.groups for name in group.columns)
+    return list(dict.fromkeys(one[1] for one in found if one is not None))
 
 
 def guess(contents: Contents, axes: Sequence[str]) -> tuple[str, ...]:

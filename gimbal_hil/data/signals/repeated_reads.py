@@ -121,7 +121,9 @@ def _step_of(steps: Floats) -> float:
 
 
 def _same_torque(table: SignalsTable, axis: str) -> NDArray[np.bool_]:
-    return np.asarray(np.ediff1d(table.commanded(axis), to_begin=1.0) == 0.0)
+    """Rows (n,) whose torque is that of the row before; all where none was logged, as of an arm's other joints."""
+    torque = table.columns.get(f"{axis}.torque")
+    return np.ones(len(table), np.bool_) if torque is None else np.ediff1d(torque, to_begin=1.0) == 0.0
 
 
 def _made_up(table: SignalsTable, held: dict[str, NDArray[np.bool_]]) -> tuple[dict[str, Floats], list[str]]:
