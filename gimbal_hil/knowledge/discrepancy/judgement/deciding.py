@@ -7,7 +7,7 @@ from enum import Enum
 
 import numpy as np
 
-from gimbal_hil.knowledge.discrepancy.hypotheses import Cause
+from gimbal_hil.knowledge.discrepancy.hypotheses import Cause, plainer_of
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Policy, State, refitted, settled, squares_of
 from gimbal_hil.knowledge.discrepancy.judgement.gap import is_a_gap
 from gimbal_hil.knowledge.discrepancy.judgement.judging import Remainder, Standing, depends_on, remainders, standings
@@ -114,6 +114,7 @@ def decide(
         state = given_back(inquiry, settled(inquiry, path.state))
         state = _as_numbers(inquiry, state) if by_command else state
         beside_a_curve: dict[tuple[str, str], Told] = {}
+        in_the_set: dict[tuple[str, str], Told] = {}
         for _ in range(_TURNS * len(set(state.hypothesis.labels))):
             if not no_worse(null.untouched, state.untouched):
                 # what leaves more than the model alone explains nothing
@@ -125,7 +126,7 @@ def decide(
                 state = settled(inquiry, instead)
                 continue
             anew = (_told(inquiry, s, found, left, suspected_only) for s in found)
-            told = tuple(_as_before(beside_a_curve, t) for t in anew)
+            told = tuple(_by_the_set(inquiry.policy, in_the_set, _as_before(beside_a_curve, t), left) for t in anew)
             fallen = [t for t in told if t.of_class < 0.5]
             if not fallen:
                 return Decision(kind_of(told), state, told, left)
@@ -136,6 +137,9 @@ def decide(
                 # that something over position explains the rest, whatever its shape, is no doubt about what acts
                 # through other variables
                 beside_a_curve |= {t.standing.label: t for t in told if _stands_beside_a_curve(t)}
+            # the set was judged as one: what a cause that is gone leaves is no doubt about what acts through others
+            others = (t for t in told if not _acts_alike(t, first))
+            in_the_set = {t.standing.label: in_the_set.get(t.standing.label, t) for t in others}
             rest = _left_out(inquiry, state, first.standing)
             if not rest.hypothesis.causes:
                 break
@@ -147,15 +151,17 @@ def decide(
 
 
 def _left_out(inquiry: Inquiry, state: State, fallen: Standing) -> State:
-    """A state without a cause that does not stand. Where data do not tell it from a further order of a ripple that is
-    there, that takes its place; and further orders are added while they pay, if the same names then explain clearly
-    more.
+    """A state without a cause that does not stand, with the plainer one in its place that it contains where it stands:
+    what speaks against a ripple of order one is said of no unbalance. Further orders of a ripple that is there are
+    added while they pay, if the same names then explain clearly more.
     """
     rest = state.hypothesis
+    plainer = {(plainer_of(inquiry.twin, rest, index), fallen.label[1]) for index in fallen.entries}
     for index in sorted(fallen.entries, reverse=True):
         rest = rest.minus(index)
-    instead = (rival.state for rival in fallen.rivals if rival.is_there and rival.close(inquiry.policy))
-    left = next(instead, None) or refitted(inquiry, state, rest)
+    for family in (f for f in inquiry.families if f.label in plainer.difference(rest.labels)):
+        rest = rest.plus(Cause(family, (0.0,) * len(family.knobs)))
+    left = refitted(inquiry, state, rest)
     there = set(left.hypothesis.labels)
     own = tuple(family for family in inquiry.families if family.ripple and family.label in there)
     if not own:
@@ -170,6 +176,27 @@ def _as_before(named: dict[tuple[str, str], Told], told: Told) -> Told:
     told now where data no longer show it.
     """
     return replace(named.get(told.standing.label, told), standing=told.standing) if told.shown else told
+
+
+def _by_the_set(
+    policy: Policy, in_the_set: dict[tuple[str, str], Told], told: Told, left: tuple[Remainder, ...]
+) -> Told:
+    """A cause as it was told in the set that was found, by as much of the gap as those that still stand close, where
+    that is more than it is told as beside what has gone.
+    """
+    first = in_the_set.get(told.standing.label)
+    if first is None or not told.shown:
+        return told
+    of_class = first.of_class * max(0.0, left[told.standing.channel].closed)
+    if of_class <= told.of_class:
+        return told
+    return rejudged(policy, replace(first, standing=told.standing, of_class=of_class), first.close)
+
+
+def _acts_alike(one: Told, other: Told) -> bool:
+    """Whether two causes act through the same variable, so that one could have taken a part of the other."""
+    mine, others = (CATALOGUE[told.standing.label[0]].acts_through for told in (one, other))
+    return bool(mine & others)
 
 
 def _stands_beside_a_curve(told: Told) -> bool:
@@ -199,18 +226,31 @@ def _as_numbers(inquiry: Inquiry, state: State) -> State:
 
 def _better_instead(inquiry: Inquiry, state: State, found: tuple[Standing, ...]) -> State | None:
     """The state with another cause in the place of one that it surely beats, or of one at its bound, where that is no
-    longer what its name says, if it leaves little more than a cause must take to be told; None where there is none.
+    longer what its name says, if it leaves little more than a cause must take to be told; or with what needs nothing
+    new, where data do not tell the two apart. None where there is none.
     """
     for standing in found:
         for rival in standing.rivals:
             if rival.at_bound or not rival.state.hypothesis.causes:
                 continue
+            if _is_plainer(rival, standing) and rival.close(inquiry.policy):
+                return rival.state
             more = rival.extra * (1.0 - standing.share)
             if standing.at_bound and more < inquiry.policy.least_share:
                 return rival.state
             if _surely_beats(inquiry, state, standing, rival):
                 return rival.state
     return None
+
+
+def _is_plainer(rival: Rival, standing: Standing) -> bool:
+    """Whether a rival needs nothing new where the cause does: a further order of a ripple that is there, or a number of
+    the model that is off and the same to a twin. What the cause contains is no alternative to it.
+    """
+    mine, other = CATALOGUE[standing.label[0]], CATALOGUE[rival.label[0]]
+    contained = mine.plainer is not None and mine.plainer.name == other.name
+    is_off = other.is_number and rival.is_cause and rival.same and not contained
+    return not mine.is_number and (rival.is_there or is_off)
 
 
 def _surely_beats(inquiry: Inquiry, state: State, standing: Standing, rival: Rival) -> bool:
