@@ -16,6 +16,7 @@ from sim_backend.model.numbers import (
     gyro_filter,
 )
 from sim_backend.model.shipped import CONTROL_ANTENNA, model_named, shipped_model, shipped_model_path
+from sim_backend.model.tilt import has_weight, position_has_a_zero, stands_upright, with_tilt_left_open
 
 __all__ = [
     "CENTRE",
@@ -45,14 +46,18 @@ __all__ = [
     "beside",
     "dimension_of",
     "gyro_filter",
+    "has_weight",
     "lag_decay",
     "load_model",
     "model_from_document",
     "model_named",
     "plant_arrays",
+    "position_has_a_zero",
     "put_friction",
     "put_variable",
     "shipped_model",
     "shipped_model_path",
+    "stands_upright",
     "unit_text",
+    "with_tilt_left_open",
 ]

@@ -10,7 +10,15 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from sim_backend.layout import POSITION
-from sim_backend.model import AntennaModel, model_from_document, shipped_model
+from sim_backend.model import (
+    AntennaModel,
+    has_weight,
+    model_from_document,
+    position_has_a_zero,
+    shipped_model,
+    stands_upright,
+    with_tilt_left_open,
+)
 from sim_backend.plant import Plant
 
 FRICTION = {"coulomb": 2.0, "breakaway": 2.5, "stribeck_velocity": 0.01, "viscous": 3.0, "sigma0": 1e4, "sigma1": 100.0}
@@ -54,6 +62,29 @@ def test_a_slope_pulls_a_linear_axis_down() -> None:
     speed, t = motion.rate[-1, 0], 0.499
     drive = 4.0 * 9.81 * 0.5 - 2.0 - 0.1
     assert -speed == pytest.approx(drive / 3.0 * (1.0 - np.exp(-3.0 / 4.0 * t)), rel=0.02)
+
+
+def test_an_axis_of_which_nobody_says_how_it_lies_may_have_a_weight_and_moves_as_before() -> None:
+    unsaid = axis_of("rotary", {"inertia": {"zz": 4.0}, "mass": 3.0})  # type: ignore[dict-item]
+    open_ = with_tilt_left_open(unsaid)
+    torque = 5.0 * np.sin(np.arange(500) * 0.01)[:, None]
+    np.testing.assert_array_equal(Plant(open_).run(torque).position, Plant(unsaid).run(torque).position)
+    assert stands_upright(unsaid) and not stands_upright(open_)
+    loaded = open_.with_effect("static_unbalance", "slide", {"cog_x": 0.1, "cog_y": 0.0, "cog_z": 0.0})
+    assert has_weight(loaded, "slide") and not has_weight(open_, "slide")
+    # a file that says it, or has a weight already, is taken at its word
+    said = axis_of("rotary", {"inertia": {"zz": 4.0}, "mass": 3.0}, incline_sine=0.0)  # type: ignore[dict-item]
+    off = unsaid.with_numbers("slide", {"body.cog.x": 0.1})
+    assert with_tilt_left_open(said) is said and with_tilt_left_open(off) is off
+
+
+def test_position_has_a_zero_where_a_weight_or_an_effect_says_so() -> None:
+    level = axis_of("rotary", {"inertia": {"zz": 4.0}, "mass": 3.0}, incline_sine=1.0)  # type: ignore[dict-item]
+    assert not position_has_a_zero(level, "slide")
+    assert position_has_a_zero(level.with_numbers("slide", {"body.cog.y": 0.1}), "slide")
+    assert position_has_a_zero(level.with_effect("cable_spring", "slide", {"stiffness": 1.0}), "slide")
+    # a slope pulls a carriage alike everywhere
+    assert not position_has_a_zero(axis_of("linear", {"mass": 4.0}, incline_sine=0.5), "slide")
 
 
 @pytest.mark.parametrize("name", ["dynamic_unbalance", "gyro_misalignment"])

@@ -125,6 +125,16 @@ def test_told_numbers_stand_in_the_model_as_told_and_the_others_as_assumed(
 
 
 @pytest.mark.parametrize(
+    ("words", "sine"), [("rotary", 1.0), ("rotary --tilt 0", 0.0), ("linear", 0.0), ("linear --tilt -30", -0.5)]
+)
+def test_one_axis_alone_lies_as_it_is_said_and_a_rotary_one_level_while_nobody_says_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: str, sine: float
+) -> None:
+    assert begin(capsys, tmp_path, "--yes", "--kind", *words.split())[0] == 0
+    assert load_model(tmp_path / "model.yaml").document["incline_sine"] == sine
+
+
+@pytest.mark.parametrize(
     ("link", "section"),
     [
         ("unix:/tmp/a.sock", {"kind": "unix", "path": "/tmp/a.sock"}),
@@ -184,6 +194,7 @@ def test_every_file_is_good_and_every_command_of_its_page_is_understood(
             "--inertia: is nothing that a linear axis has; expected --mass x=KG",
         ),
         (("--up", "left"), "--up: is 'left'; expected positive or negative"),
+        (("--tilt", "90"), "--tilt: is nothing that a gimbal has; expected base: of its model file"),
         (("--link", "can0"), "--link: 'can0' is no link"),
         (("--link", "firewire:1"), "no link 'firewire'"),
         (("--rate", "20000", "--link", "socketcan:can0"), "rate_hz"),

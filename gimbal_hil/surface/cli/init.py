@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -66,6 +67,16 @@ class AntennaOptions:
             metavar="SIGN",
             help="positive or negative: which inner angles look up; without it those of which --travel has more, "
             "negative where both are the same.",
+        ),
+    ] = None
+    tilt: Annotated[
+        float | None,
+        typer.Option(
+            metavar="DEG",
+            help="How one axis alone lies: a rotary one from the vertical (90: level, which is assumed), a linear one "
+            "from the horizontal (0).",
+            min=-90.0,
+            max=90.0,
         ),
     ] = None
     encoder: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Counts a turn (a mm).")] = None
@@ -139,8 +150,33 @@ def _described(folder: Path, told: AntennaOptions, ask: Asker) -> AntennaDescrip
     )
     if looks is None:
         raise BadInputError("--up", f"is {told.up!r}", "positive or negative")
-    name = folder.absolute().name
-    return AntennaDescription(name, what, sections, chosen, told.rate or chosen.rate_hz, has_gyro, looks)
+    name, rate_hz = folder.absolute().name, told.rate or chosen.rate_hz
+    return AntennaDescription(name, what, sections, chosen, rate_hz, has_gyro, looks, _tilt(what, told.tilt, ask))
+
+
+def _tilt(kind: ModelKind, told: float | None, ask: Asker) -> float:
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.surface.starting import usual_tilt_deg
+    from sim_backend.model import ModelKind
+
+    if kind is ModelKind.GIMBAL:
+        if told is not None:
+            raise BadInputError("--tilt", "is nothing that a gimbal has", "base: of its model file")
+        return 0.0
+    usual = usual_tilt_deg(kind)
+    if told is not None:
+        return told
+    text = (
+        "slope of the axis, deg" if kind is ModelKind.LINEAR else "tilt of the axis from the vertical, deg (90: level)"
+    )
+    answer = ask(text, f"{usual:g}")
+    try:
+        tilt = float(answer)
+    except ValueError:
+        tilt = math.nan
+    if not -90.0 <= tilt <= 90.0:
+        raise BadInputError(text, f"{answer!r} is no such angle", "-90 to 90")
+    return tilt
 
 
 def _names(text: str, kind: ModelKind) -> tuple[str, ...]:
@@ -198,8 +234,6 @@ def _by_axis(words: list[str] | None, names: tuple[str, ...], option: str) -> di
 
 
 def _number(text: str, where: str, may_be_zero: bool) -> float:
-    import math
-
     from firmware_protocol.errors import BadInputError
 
     try:

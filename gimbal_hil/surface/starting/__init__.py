@@ -8,6 +8,7 @@ from gimbal_hil.surface.starting.description import (
     usual_axis,
     usual_boresight,
     usual_names,
+    usual_tilt_deg,
 )
 from gimbal_hil.surface.starting.on_link import settings_on_link
 from gimbal_hil.surface.starting.readme import first_command
@@ -23,5 +24,6 @@ __all__ = [
     "usual_axis",
     "usual_boresight",
     "usual_names",
+    "usual_tilt_deg",
     "write_antenna",
 ]

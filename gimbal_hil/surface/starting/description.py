@@ -108,12 +108,19 @@ class AntennaDescription:
     rate_hz: float
     has_gyro: bool = True
     boresight: Boresight = Boresight.AHEAD
+    #: of one axis alone: rotary, from the vertical (90: it lies level); linear, its slope
+    tilt_deg: float = 0.0
 
 
 def usual_boresight(axes: Sequence[AxisDescription]) -> Boresight:
     """Which way is up for axes of which only their travel says it: an antenna looks further up than down."""
     low, high = axes[-1].travel_rad or (0.0, 0.0)
     return Boresight.ASTERN if low + high > 0.0 else Boresight.AHEAD
+
+
+def usual_tilt_deg(kind: ModelKind) -> float:
+    """How one axis alone lies while nobody said it: a rotary one level, where a weight off it acts if it has one."""
+    return 90.0 if kind is ModelKind.ROTARY else 0.0
 
 
 def usual_names(kind: ModelKind) -> tuple[str, ...]:

@@ -40,7 +40,8 @@ def _rounded(value: float) -> float:
 def model_document(antenna: AntennaDescription) -> Document:
     """The model: told numbers with a source that says so, the others assumed."""
     linear = antenna.kind is ModelKind.LINEAR
-    which_way = {"boresight": antenna.boresight.value} if antenna.kind is ModelKind.GIMBAL else {}
+    lies = {"incline_sine": _rounded(math.sin(math.radians(antenna.tilt_deg)))}
+    which_way = {"boresight": antenna.boresight.value} if antenna.kind is ModelKind.GIMBAL else lies
     return {
         "schema": 1,
         "name": antenna.name,

@@ -70,7 +70,7 @@ def link_commands(antenna: AntennaDescription, folder: Path) -> list[tuple[str, 
 
 def readme_text(antenna: AntennaDescription, folder: Path) -> str:
     """The whole page."""
-    here = Path(folder)
+    place = Path(folder)
     names = " and ".join(axis.name for axis in antenna.axes)
     lines = [
         f"# {antenna.name}",
@@ -87,9 +87,13 @@ def readme_text(antenna: AntennaDescription, folder: Path) -> str:
         if not antenna.link.is_virtual:
             lines.append("| `rehearsal.yaml` | the same loops and limits on the virtual antenna of `model.yaml` |")
         lines.append("| `plan.yaml` | a first experiment of your own |")
+    else:
+        way = "tilt from the vertical" if antenna.kind is ModelKind.ROTARY else "slope"
+        lies = f"The axis has a {way} of {antenna.tilt_deg:g} degrees"
+        lines += ["", f"{lies}, by which a weight acts (`incline_sine` is its sine); `init --tilt` says another."]
     lines += ["", "## First, without hardware" if not antenna.link.is_virtual else "## Next", ""]
-    lines += _listed(first_commands(antenna, here))
-    real = link_commands(antenna, here)
+    lines += _listed(first_commands(antenna, place))
+    real = link_commands(antenna, place)
     if real:
         lines += ["", "## Then, on the link", "", *_listed(real)]
     if antenna.link.is_simulated:

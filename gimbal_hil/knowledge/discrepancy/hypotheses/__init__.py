@@ -35,7 +35,7 @@ from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import (
     plainer_of,
     values_of,
 )
-from gimbal_hil.knowledge.discrepancy.hypotheses.origin import aligned, placed, zero_is_a_convention
+from gimbal_hil.knowledge.discrepancy.hypotheses.origin import aligned, placed
 
 __all__ = [
     "BROKEN",
@@ -69,5 +69,4 @@ __all__ = [
     "values_of",
     "weighed_cost",
     "with_shares",
-    "zero_is_a_convention",
 ]

@@ -16,21 +16,13 @@ from numpy.typing import NDArray
 
 from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import Hypothesis, Origin, parameters_of
 from gimbal_hil.knowledge.discrepancy.twin import Floats, Record, Twin, searched_name
-from sim_backend.effects import NEUTRAL_ORDER, Variable
-from sim_backend.model import AntennaModel, ModelKind
+from sim_backend.effects import NEUTRAL_ORDER
+from sim_backend.model import position_has_a_zero
 
 #: the record whose zero the others are measured against
 _REFERENCE = searched_name(0)
 #: shifts tried within a period of the highest order, and at most; halvings of the distance between them after that
 _A_PERIOD, _MOST_TRIED, _HALVINGS = 8, 64, 4
-
-
-def zero_is_a_convention(model: AntennaModel, axis: int) -> bool:
-    """Whether nothing in the model says where position is zero."""
-    if model.kind is ModelKind.GIMBAL or model.file.incline_sine != 0.0:
-        return False
-    own = (entry for entry in model.effects if entry.axis == model.axes[axis])
-    return not any(Variable.POSITION in entry.effect.acts_through for entry in own)
 
 
 def placed(records: tuple[Record, ...], hypothesis: Hypothesis) -> tuple[Record, ...]:
@@ -52,7 +44,7 @@ def aligned(
     `scale` are the channels' noises in floors; `counted` are the scored rows that count, (rows,), all where None.
     """
     for axis in sorted({twin.model.axes.index(c.family.axis) for c in hypothesis.causes if c.family.ripple}):
-        if not zero_is_a_convention(twin.model, axis):
+        if position_has_a_zero(twin.model, twin.model.axes[axis]):
             continue
         present = {origin.record for origin in hypothesis.origins if origin.axis == axis}
         first = 0

@@ -23,10 +23,10 @@ from gimbal_hil.knowledge.discrepancy.hypotheses import (
     prior_weights,
     shares_of,
     with_shares,
-    zero_is_a_convention,
 )
 from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Floats, Twin
 from sim_backend.effects import Ripple, Start, ripple_start
+from sim_backend.model import position_has_a_zero
 
 #: a coordinate within this share of its range from an end is at its bound
 _AT_BOUND = 1e-3
@@ -96,7 +96,7 @@ def respond(twin: Twin, fit: Fit, floor: Floats, family: Family) -> list[Respons
     for start in family.starts or ripple_starts(twin, fit, family):
         columns = responses(twin, fit.hypothesis, fit.residual, floor, family, start)
         if columns is not None:
-            free = family.ripple and zero_is_a_convention(twin.model, twin.model.axes.index(family.axis))
+            free = family.ripple and not position_has_a_zero(twin.model, family.axis)
             found.append(Response(family, start, _log_by_log(columns, twin) if free else columns))
     return found
 
@@ -180,7 +180,7 @@ def ripple_starts(twin: Twin, fit: Fit, family: Family) -> list[Start]:
     weight = weight * (np.abs(rate) > 0.002 * np.abs(rate).max()) if family.ripple is Ripple.FRICTION else weight
     base = np.column_stack([weight, np.ones_like(rate)])
     y = y - base @ np.linalg.lstsq(base, y, rcond=None)[0]
-    free = zero_is_a_convention(twin.model, i)
+    free = not position_has_a_zero(twin.model, twin.model.axes[i])
     ends = [int(row) for row in np.cumsum([int(record.keep.sum()) for record in twin.records])[:-1]] if free else []
     logs = zip(np.split(y, ends), np.split(weight, ends), np.split(position, ends), strict=True)
     gains = np.sum([_ripple_gains(*log, orders) for log in logs], axis=0)

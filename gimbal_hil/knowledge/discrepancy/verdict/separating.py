@@ -11,6 +11,8 @@ _MISSING = {
     Need.MOVING_BASE: "the base does not move in this data",
     Need.SLIDING: "the joint never slides in this data",
 }
+#: why no weight is told of a single axis that the model has upright
+UPRIGHT = "the model has the axis upright (incline_sine: 0), where no weight acts; 1 is a level axis"
 #: what a cause is separated from that no hold-out has shown yet
 CHANCE = "chance"
 

@@ -6,8 +6,9 @@ import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import present_in
 from gimbal_hil.knowledge.discrepancy.judgement import Result
-from gimbal_hil.knowledge.discrepancy.verdict.separating import why_not_testable
-from sim_backend.effects import CATALOGUE
+from gimbal_hil.knowledge.discrepancy.verdict.separating import UPRIGHT, why_not_testable
+from sim_backend.effects import CATALOGUE, Variable
+from sim_backend.model import stands_upright
 
 #: a response below this many floors at a generous size leaves no trace; with more starts than this, one of them may yet
 _NO_TRACE, _FEW_STARTS = 0.15, 3
@@ -39,5 +40,7 @@ def not_testable(result: Result) -> list[dict[str, str]]:
                 continue
             silent = family is not None and not family.ripple and len(family.starts) <= _FEW_STARTS
             if family is None or (silent and heard.get((name, axis), 0.0) < _NO_TRACE):
-                found.append({"name": name, "axis": axis, "reason": why_not_testable(name, present)})
+                weight = Variable.ATTITUDE in effect.acts_through
+                reason = UPRIGHT if weight and stands_upright(model) else why_not_testable(name, present)
+                found.append({"name": name, "axis": axis, "reason": reason})
     return found

@@ -10,8 +10,9 @@ from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.discrepancy.judgement import Denial, Kind, Result, Status, Told
 from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, closed_most, largest
 from gimbal_hil.knowledge.discrepancy.verdict.laws import told_laws
+from gimbal_hil.knowledge.discrepancy.verdict.separating import UPRIGHT
 from gimbal_hil.pages.report import quantity
-from sim_backend.effects import CATALOGUE, FittedNumber
+from sim_backend.effects import CATALOGUE, FittedNumber, Variable
 from sim_backend.model import NUMBER_AT, AntennaModel
 
 #: the share of `Policy.uneven` from which a varying strength alone costs a name; and one that is known to this share
@@ -232,8 +233,12 @@ def _undetermined(effect: Json) -> str:
 
 
 def told_unseen(result: Result, unseen: Sequence[Json]) -> str:
-    """Which effects that were asked for these data cannot show."""
-    asked = [e for e in unseen if e["name"] in result.request.only]
+    """Which effects that were asked for these data cannot show; a weight too, where something over position is told of
+    an axis that the model has upright.
+    """
+    labels = [one.standing.label for one in result.told]
+    placed = {axis for name, axis in labels if name in CATALOGUE and Variable.POSITION in CATALOGUE[name].acts_through}
+    asked = [e for e in unseen if e["name"] in result.request.only or (e["reason"] == UPRIGHT and e["axis"] in placed)]
     return "".join(f" {_at_first(_name(e['name'], e['axis']))} was not tested: {e['reason']}." for e in asked)
 
 
