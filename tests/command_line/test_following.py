@@ -44,7 +44,10 @@ LINES = [
     following.after_identify(Path("out/friction"), [HERE], 2, True),
     following.after_identify(Path("out/friction"), [HERE], 2, False),
     following.after_identify(Path("out/friction"), [HERE, HERE], 1, True, ["time_s=t [ms]:ms"]),
-    following.after_identify(Path("out/friction"), [HERE], 1, False, ["j.position=q:rad"], ["j"], "m.yaml"),
+    following.after_identify(
+        Path("out/friction"), [HERE], 1, False, ["j.position=q:rad"], ["j"], "m.yaml", {"rate": "500"}
+    ),
+    following.after_identify(Path("out/friction"), [HERE], 1, True, (), (), None, {"repair": True, "resample": False}),
     following.after_discrepancy(OPEN | {"verdict": "unexplained"}, "emps", 2, Path("out/verdict")),
     following.after_discrepancy(OPEN | {"verdict": "named"}, None, 2, Path("out/verdict")),
     following.after_discrepancy(OPEN | {"verdict": "ambiguous"}, None, 1, Path("out/verdict")),

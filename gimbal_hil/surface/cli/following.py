@@ -39,12 +39,14 @@ def print_next(line: str) -> None:
 
 
 def command_line(*words: object, **options: object) -> str:
-    """A command line that a shell takes: words, then options that are neither None nor empty; several values repeat."""
+    """A command line that a shell takes: words, then options that are neither None nor empty; several values repeat,
+    and True is an option without a value.
+    """
     found = [str(word) for word in words]
     for name, value in options.items():
         values = value if isinstance(value, list | tuple) else [] if value in (None, "", False) else [value]
         for one in values:
-            found += [f"--{name.replace('_', '-')}", str(one)]
+            found += [f"--{name.replace('_', '-')}", *([] if one is True else [str(one)])]
     return shlex.join(["gimbal-hil", *found])
 
 
@@ -223,18 +225,21 @@ def after_identify(
     columns: Sequence[str] = (),
     in_turns: Collection[str] = (),
     given: str | None = None,
+    repairs: Mapping[str, object] | None = None,
 ) -> str:
     """A log to judge the identified model on: a survey, or on a single axis the logs at hand. Where positions of some
-    axes seem to be `in_turns`, the same again with that said, from the model that was `given`.
+    axes seem to be `in_turns`, the same again with that said, from the model that was `given`. `repairs` are options
+    without which the logs are not read.
     """
+    repairs = repairs or {}
     model = out / "model.yaml"
     if in_turns:
         said = columns_in_turns(columns, in_turns)
-        return command_line("identify", *runs, model=given, column=said, out=_new(out))
+        return command_line("identify", *runs, model=given, column=said, out=_new(out), **repairs)
     if axes == 1:
         logs = [str(run) for run in runs]
         out = _new(out.parent / "verdict")
-        return command_line("discrepancy", model=model, measured=logs, column=columns, out=out)
+        return command_line("discrepancy", model=model, measured=logs, column=columns, out=out, **repairs)
     if not found:
         return _experiment("sliding", origin_of(runs), None, runs[0].parent / "sliding_again")
     return _experiment("survey", origin_of(runs), model, out.parent / "survey")

@@ -124,7 +124,8 @@ def command(
     found = any(e.verdict is Determination.IDENTIFIED for result in results for e in result.estimates)
     if not as_json:
         turned = [result.axis for result in results if any(one.rule == IN_TURNS for one in result.findings)]
-        print_next(after_identify(out, runs, len(given.axes), found, reading.column or (), turned, model))
+        columns, axes_known = reading.column or (), len(given.axes)
+        print_next(after_identify(out, runs, axes_known, found, columns, turned, model, reading.repairs))
     return EXIT_DONE if found else EXIT_NO
 
 

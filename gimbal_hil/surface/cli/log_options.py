@@ -41,6 +41,12 @@ class LogOptions:
         ),
     ] = False
 
+    @property
+    def repairs(self) -> dict[str, object]:
+        """The options other than columns, for a command that reads the same logs."""
+        rate = None if self.rate is None else f"{self.rate:g}"
+        return {"resample": self.resample, "rate": rate, "drop_invalid": self.drop_invalid, "repair": self.repair}
+
     def reading(self) -> LogReading:
         """The same for whoever reads logs; BadInputError for words that name no column."""
         from gimbal_hil.data.signals import ColumnMap, LogReading
