@@ -10,6 +10,7 @@ is missing: no model can have them, and no name could be found.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from numpy.typing import NDArray
 from gimbal_hil.knowledge.discrepancy.hypotheses import Hypothesis, parameters_of, torque_residual
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State
 from gimbal_hil.knowledge.discrepancy.twin import Floats, Twin, read_number, write_number
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 #: knots of the friction's level and of the drift, s; and how far both wander at most (standard deviation over friction)
 _LEVEL_S, _DRIFT_S, _MOST = 0.3, 2.0, 0.02
@@ -40,12 +44,12 @@ def beside_wander(inquiry: Inquiry, state: State, fitted: Floats, held: Floats) 
 
 @dataclass(frozen=True)
 class _Knots:
-    """Least squares on the knots of one channel of one log: what they do, (rows, knots), their shares of rows, (knots,
-    rows), how many of them are levels of friction, and the freedom that is left.
+    """Least squares on the knots of one channel of one log: what they do, (rows, knots), two of each kind in a row; the
+    inverse normal matrix, (knots, knots); how many of them are levels of friction, and the freedom that is left.
     """
 
-    columns: Floats
-    shares: Floats
+    columns: csr_array
+    inverse: Floats
     levels: int
     freedom: float
 
@@ -88,31 +92,37 @@ def _knots(friction: Floats, row_s: float) -> _Knots | None:
     size = float(np.sqrt(np.mean(friction**2)))
     if size == 0.0:
         return None
+    from scipy.sparse import hstack
+
     rows = len(friction)
-    level, drift = _between_knots(rows, _LEVEL_S / row_s), _between_knots(rows, _DRIFT_S / row_s)
-    columns = np.hstack([level * friction[:, None], drift * size])
-    own = columns.T @ columns
+    level = _between_knots(friction, _LEVEL_S / row_s)
+    columns = hstack([level, _between_knots(np.full(rows, size), _DRIFT_S / row_s)], format="csr")
+    own = (columns.T @ columns).toarray()
     # in floors noise is one: a knot which hardly any row speaks of stays where its prior has it
-    held = np.linalg.inv(own + np.eye(len(own)) / _MOST**2)
-    freedom = max(rows - float(np.trace(held @ own)), 1.0)
-    return _Knots(columns, held @ columns.T, level.shape[1], freedom)
+    inverse = np.linalg.inv(own + np.eye(len(own)) / _MOST**2)
+    freedom = max(rows - float(np.sum(inverse * own)), 1.0)
+    return _Knots(columns, inverse, level.shape[1], freedom)
 
 
 def _left(rows: Floats, knots: _Knots | None) -> float:
     """What is left of one channel of one log, (rows,)."""
     if knots is not None:
-        shares = knots.shares @ rows
+        shares = knots.inverse @ (knots.columns.T @ rows)
         parts = np.split(shares, [knots.levels])
         if max(float(np.mean(part**2)) for part in parts) <= _MOST**2:
             return float(np.sqrt(np.sum((rows - knots.columns @ shares) ** 2) / knots.freedom))
     return float(np.sqrt(np.mean(rows**2)))
 
 
-def _between_knots(rows: int, spacing: float) -> Floats:
-    """Weights of evenly spaced knots at every row, straight lines between them, (rows, knots)."""
-    at = np.arange(rows) / max(spacing, 1.0)
+def _between_knots(size: Floats, spacing: float) -> csr_array:
+    """Weights of evenly spaced knots at every row, straight lines between them, times what they are of, (rows,);
+    (rows, knots).
+    """
+    from scipy.sparse import csr_array
+
+    rows = np.arange(len(size))
+    at = rows / max(spacing, 1.0)
     first = np.floor(at).astype(int)
-    weights = np.zeros((rows, int(first[-1]) + 2))
-    weights[np.arange(rows), first] = 1.0 - (at - first)
-    weights[np.arange(rows), first + 1] = at - first
-    return weights
+    weights = np.concatenate([(1.0 - (at - first)) * size, (at - first) * size])
+    places = np.concatenate([rows, rows]), np.concatenate([first, first + 1])
+    return csr_array((weights, places), shape=(len(size), int(first[-1]) + 2))
