@@ -163,9 +163,7 @@ def _best(null: State, found: Described, straight: Straight) -> Iterator[Tried]:
         for channel, left in zip(inquiry.twin.channels, found.state.left(), strict=True)
     ]
     worst = int(np.argmax(levels))
-    # no twin is more exact than to this share of what a law takes
-    exact = inquiry.policy.same * float(null.left()[worst])
-    if levels[worst] <= max(inquiry.policy.least_gap, exact):
+    if levels[worst] <= inquiry.policy.least_gap:
         return
     axis = inquiry.twin.channels[worst].axis
     inquiry.tell(f"looking for a law of {axis}")
@@ -179,7 +177,9 @@ def _best(null: State, found: Described, straight: Straight) -> Iterator[Tried]:
     if not closely:
         return
     least = min(one.leaves for one in closely)
-    # what one variable draws to its floor asks for no second one, however little some stretches say of others
+    # what one variable draws to its floor, or to what a twin is exact to, asks for no second one, however little some
+    # stretches say of others
+    exact = inquiry.policy.same * float(null.left()[worst])
     own = min([least, *(leaves_of_its_own(inquiry, straight, one.seen) for one in closely)])
     if own > max(_BOTH, exact**2):
         first = sorted(closely, key=lambda one: one.leaves)[:_CROSSED]
