@@ -25,4 +25,4 @@ def by_genes(equation: Equation, knob: float) -> Found:
 
 
 if __name__ == "__main__":
-    run(by_genes, knob=0.9)
+    run(by_genes, knob=0.99)

@@ -22,4 +22,4 @@ def by_operon(equation: Equation, knob: float) -> Found:
 
 
 if __name__ == "__main__":
-    run(by_operon, knob=0.9)
+    run(by_operon, knob=0.99)
