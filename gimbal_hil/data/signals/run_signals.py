@@ -225,8 +225,8 @@ def _references(
             if closed.any() and not closed.all():
                 open_rows.setdefault(int(np.count_nonzero(~closed)), []).append(f"{axis}.{signal}_ref")
     for count, names in open_rows.items():
-        held = "in one row no loop was closed" if count == 1 else f"in {count} rows no loop was closed"
-        notes.append(f"{held}: {', '.join(names)} there {'is' if len(names) == 1 else 'are'} what was measured")
+        rows = "one row" if count == 1 else f"{count} rows"
+        notes.append(f"no reference was followed in {rows}; taken as measured there: {', '.join(names)}")
     return columns
 
 

@@ -172,10 +172,8 @@ def physical_findings(friction: LugreFriction, axis: str = "") -> tuple[DataWarn
     limit = static.largest_sigma1()
     if friction.sigma1 > limit:
         text = (
-            f"with sigma1 = {friction.sigma1:.4g} the model is not passive: sigma2 = {static.viscous:.4g} would have "
-            "to exceed "
-            f"sigma1 (Ts - Tc) / Tc = {friction.sigma1 * (static.breakaway - static.coulomb) / static.coulomb:.4g}"
-            f" (sigma1 up to {limit:.4g} is passive, and so is one that falls with speed)"
+            f"with bristle damping sigma1 = {friction.sigma1:.4g} the friction of this model can give out energy "
+            f"(it is not passive); up to {limit:.4g} it cannot, nor where sigma1 falls with speed"
         )
         findings.append(DataWarning("not_passive", text, axis, frozenset({"sigma1", "viscous"})))
     return tuple(findings)

@@ -70,6 +70,10 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     priors = [e for e in result.estimates if e.verdict is Determination.NOT_IDENTIFIED]
     count = len(found)
     told = ": " + ", ".join(f"{e.name.replace('_', ' ')} {quantity(e.value, e.unit)}" for e in found) if found else ""
+    against = f"{_findings(len(result.findings))} against data or model."
+    answer = f"{count} of {len(result.estimates)} numbers identified{told}; {against}"
+    if len(priors) == len(result.estimates) and not result.findings:
+        answer = f"No friction number of {result.axis} can be had from these logs: its model keeps its numbers."
     blocks: list[Block] = [Heading(result.axis)]
     tone = (
         "good"
@@ -78,13 +82,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
         if result.findings
         else "neutral"
     )
-    blocks.append(
-        Callout(
-            f"{count} of {len(result.estimates)} numbers identified{told}; {_findings(len(result.findings))} against "
-            "data or model.",
-            tone,
-        )
-    )
+    blocks.append(Callout(answer, tone))
     if len(priors) < len(result.estimates):
         measured = [e for e in result.estimates if e not in priors]
         blocks.append(Tiles([(quantity(e.value, e.unit), _tile_text(e)) for e in measured]))
@@ -193,7 +191,8 @@ def _estimate_table(model: AntennaModel, result: AxisIdentification) -> Table:
     header += ["why, and what would settle it"] if any(reasons) else []
     rows = []
     for e, reason in zip(result.estimates, reasons, strict=True):
-        row = [e.name, e.value_text, *e.end_texts, e.unit, _WORDS[e.verdict], number_text(e.prior)]
+        ends = e.end_texts if e.fitted_ends else ("", "")
+        row = [e.name.replace("_", " "), e.value_text, *ends, e.unit, _WORDS[e.verdict], number_text(e.prior)]
         row += [sources[e.name]] if any(sources.values()) else []
         rows.append([*row, reason] if any(reasons) else row)
     return Table(header, rows)

@@ -36,19 +36,19 @@ _WORDS = {
     "duration_s": "duration",
     "acquired_after_s": "until acquired",
     "settled_true_rms_urad": "error by the base's true motion, settled: rms",
-    "settled_true_peak_urad": "largest",
+    "settled_true_peak_urad": "error by the base's true motion, settled: largest",
     "settled_rms_urad": "error as host and encoders see it, settled: rms",
-    "settled_peak_urad": "largest",
+    "settled_peak_urad": "error as host and encoders see it, settled: largest",
     "true_rms_urad": "error by the base's true motion, from the acquisition on: rms",
-    "true_peak_urad": "largest",
+    "true_peak_urad": "error by the base's true motion, from the acquisition on: largest",
     "rms_urad": "error as host and encoders see it, from the acquisition on: rms",
-    "peak_urad": "largest",
+    "peak_urad": "error as host and encoders see it, from the acquisition on: largest",
     "muted_s": "muted",
     "muted_after_acquisition_s": "muted after the acquisition",
     "mutes_after_acquisition": "times muted after the acquisition",
     "beyond_without_mute_s": "beyond the limit and not muted",
     "longest_beyond_without_mute_s": "longest time beyond the limit and not muted",
-    "coasting_s": "on the last attitude, carried on by rates",
+    "coasting_s": "without a new attitude, carried on by rates",
     "reference_off_urad": "what was followed was off the target by, in 95 % of the ticks",
     "ticks": "ticks",
     "ticks_without_sample": "ticks without a sample",
@@ -78,11 +78,12 @@ def write_page(
     known = not math.isnan(figures.true_rms_urad)
     acquired = not math.isinf(figures.acquired_after_s)
     seen = "as host and encoders see it"
-    errors = [(figures.settled_rms_urad, f"rms settled, {seen}"), (figures.settled_peak_urad, f"peak settled, {seen}")]
+    judged = _judged(figures)
+    errors = [(judged.rms, f"rms {judged.word}, {seen}"), (judged.peak, f"peak {judged.word}, {seen}")]
     if known:
         truly = "by the base's true motion"
-        errors.insert(0, (figures.settled_true_rms_urad, f"rms settled, {truly}"))
-        errors[-1] = (figures.settled_true_peak_urad, f"peak settled, {truly}")
+        errors.insert(0, (judged.true_rms, f"rms {judged.word}, {truly}"))
+        errors[-1] = (judged.true_peak, f"peak {judged.word}, {truly}")
     tiles = [
         *((f"{value:.3g} µrad" if acquired else "none", words) for value, words in errors),
         (f"{figures.muted_after_acquisition_s:.2f} s" if acquired else "none", "muted after the acquisition"),
@@ -120,7 +121,7 @@ def write_page(
                 )
                 for change in changes[:_MOST_LISTED]
             ],
-            "Every change; time counts from the first row of the target's way.",
+            "Every change; the time is that of the plots.",
         ),
     ]
     return Page(f"Pointing at {held.name}", held.where, blocks).write(path)
@@ -148,11 +149,40 @@ def summary(name: str, figures: PointingFigures) -> str:
 
 def _error(figures: PointingFigures) -> str:
     """The true error where it is known, that which host and encoders see behind it."""
-    seen = f"{figures.settled_rms_urad:.1f} urad rms, {figures.settled_peak_urad:.0f} at most"
-    if math.isnan(figures.settled_true_rms_urad):
-        return f"{seen} as host and encoders see it (the base's true motion is not known),"
-    true = f"{figures.settled_true_rms_urad:.1f} urad rms, {figures.settled_true_peak_urad:.0f} at most"
-    return f"{true} by the base's true motion ({seen} as host and encoders see it),"
+    judged = _judged(figures)
+    seen = f"{judged.rms:.1f} µrad rms, {judged.peak:.0f} at most"
+    since = "" if judged.settled else " from then on (it ended before the axes had settled)"
+    if math.isnan(figures.true_rms_urad):
+        return f"{seen} as host and encoders see it{since} (the base's true motion is not known),"
+    true = f"{judged.true_rms:.1f} µrad rms, {judged.true_peak:.0f} at most"
+    return f"{true} by the base's true motion ({seen} as host and encoders see it){since},"
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """The errors that answer, in µrad: the settled ones, or those since the acquisition if it ended before."""
+
+    settled: bool
+    rms: float
+    peak: float
+    true_rms: float
+    true_peak: float
+
+    @property
+    def word(self) -> str:
+        return "settled" if self.settled else "since acquired"
+
+
+def _judged(figures: PointingFigures) -> _Judged:
+    if not math.isnan(figures.settled_rms_urad):
+        return _Judged(
+            True,
+            figures.settled_rms_urad,
+            figures.settled_peak_urad,
+            figures.settled_true_rms_urad,
+            figures.settled_true_peak_urad,
+        )
+    return _Judged(False, figures.rms_urad, figures.peak_urad, figures.true_rms_urad, figures.true_peak_urad)
 
 
 def _unit(key: str) -> str:
