@@ -72,7 +72,10 @@ def test_a_row_has_what_was_drawn_and_what_was_measured(plan: Path, tmp_path: Pa
     torque = np.array([float(row["turn: outer_torque_mean_nm"]) for row in rows[1:]])
     assert np.corrcoef(drawn, torque)[0, 1] > 0.9
     page = (tmp_path / "report.html").read_text()
-    assert "40 antennas and the nominal one: all finished the experiment. Differs most: " in page
+    assert (
+        "40 antennas and the nominal one: all finished the experiment. Drawn for each: " in page
+        and " Differs most: " in page
+    )
 
 
 def test_what_an_antenna_cannot_do_stands_in_its_row(plan: Path, tmp_path: Path) -> None:

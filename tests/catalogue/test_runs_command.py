@@ -84,7 +84,7 @@ def test_two_runs_are_compared_by_figures_and_settings_and_drawn_over_each_other
     assert (ticks["first"], ticks["second"]) == (1200, 1600)
     assert json.loads((out / "comparison.json").read_text()) == found
     assert app.run("runs", ["compare", str(runs / "first"), str(runs / "other")]) == 0
-    assert capsys.readouterr().out.startswith("1 setting differs. Most changed: ")
+    assert capsys.readouterr().out.startswith("The runs differ in configuration.gains.kp (2.5e-05, then 3.5e-05). ")
     page = (out / "report.html").read_text()
     assert "outer: both runs from their first row on" in page and "configuration.gains.kp" in page
     with pytest.raises(SystemExit) as end:

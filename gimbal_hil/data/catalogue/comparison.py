@@ -13,11 +13,13 @@ from firmware_protocol.errors import GimbalHilError
 from gimbal_hil.data.catalogue.summary import Measure, measures_of
 from gimbal_hil.data.runs import RecordedRun, damage_of
 from gimbal_hil.data.signals import SignalsTable, signals_of_run, unit_of
-from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, Text, scaled_unit
+from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, Text, quantity, scaled_unit
 
 Floats = NDArray[np.float64]
 
 _ABSENT = "-"
+#: settings that differ, by name in the headline; the table has all
+_MOST_TOLD = 2
 _DRAWN = ("position", "rate", "torque")
 
 
@@ -110,20 +112,29 @@ def comparison_page(found: Comparison, tolerance: float | None = None) -> Page:
 
 
 def comparison_headline(found: Comparison) -> str:
-    """How many settings differ, and the figure that changed most."""
-    count = len(found.settings)
-    settings = "settings differ" if count > 1 else "setting differs"
-    lead = f"{count} {settings}." if count else "Configuration, model and seed are the same."
-    return f"{lead} {_largest_change(found)}"
+    """Which settings differ, and the figure that changed most."""
+    settings = found.settings
+    if not settings:
+        return f"Configuration, model and seed are the same. {_largest_change(found)}"
+    told = ", ".join(f"{key} ({first}, then {second})" for key, first, second in settings[:_MOST_TOLD])
+    more = len(settings) - _MOST_TOLD
+    return f"The runs differ in {told}{f' and {more} more' if more > 0 else ''}. {_largest_change(found)}"
 
 
 def _largest_change(found: Comparison) -> str:
-    """The figure of both that changed most against its size; what came from nothing changed most of all."""
-    both = [(name, unit, a, b) for name, unit, a, b in found.measures if a is not None and b is not None and a != b]
+    """The figure of both that changed most against its size; what came from nothing changed most of all. How long a run
+    is says nothing about the antenna.
+    """
+    both = [
+        (name, unit, a, b)
+        for name, unit, a, b in found.measures
+        if a is not None and b is not None and a != b and name != "ticks"
+    ]
     if not both:
         return "No figure differs."
     name, unit, a, b = max(both, key=lambda row: abs(row[3] / row[2] - 1.0) if row[2] else math.inf)
-    return f"Most changed: {name}, from {_shown(a)} to {f'{_shown(b)} {unit}'.strip()}."
+    old, new = (quantity(value, unit) if unit else f"{value:.6g}" for value in (a, b))
+    return f"Most changed: {name}, from {old} to {new}."
 
 
 def _overlays(found: Comparison) -> list[Block]:

@@ -19,6 +19,8 @@ _QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 _HEADER = ("Number", "Nominal", "Least", "5 %", "Median", "95 %", "Most", "Antennas without")
 #: kinds of numbers that are drawn; the table has all
 _MOST_PICTURES = 12
+#: drawn numbers that the headline names; the table has all
+_MOST_TOLD = 3
 
 
 def campaign_page(table: Path, title: str, where: str) -> Page:
@@ -28,7 +30,7 @@ def campaign_page(table: Path, title: str, where: str) -> Page:
     drawn = {name: values for name, values in columns.items() if name not in measured}
     failed = [text for text in problems if text]
     ended = f"{len(failed)} did not finish the experiment" if failed else "all finished the experiment"
-    said = f"{len(problems) - 1} antennas and the nominal one: {ended}."
+    said = f"{len(problems) - 1} antennas and the nominal one: {ended}. Drawn for each: {_listed(list(drawn))}."
     # what differs most comes first, because the headline speaks of it
     kinds = sorted(dict.fromkeys(name.rpartition(": ")[2] for name in measured), key=lambda one: -_width(one, measured))
     blocks: list[Block] = [
@@ -45,10 +47,23 @@ def campaign_page(table: Path, title: str, where: str) -> Page:
     return Page(title, where, blocks)
 
 
+def _listed(names: Sequence[str]) -> str:
+    """The first names; how many more there are."""
+    more = len(names) - _MOST_TOLD
+    return ", ".join(names[:_MOST_TOLD]) + (f" and {more} more" if more > 0 else "") if names else "noise alone"
+
+
 _CAPTION = (
     "Dots: the median of the antennas; bars: where nine tenths and the middle half of them are. The line is the "
     "nominal antenna, whose value stands beside the name."
 )
+#: names of measured numbers that say too little by themselves
+_CLEARER = {
+    "error_rad": "error at rest",
+    "other_axis_rad": "largest position of the other axis",
+    "torque_nm": "largest torque",
+    "settling_s": "settling time",
+}
 _UNITS = {"_rad_s": "rad/s", "_rad": "rad", "_s": "s", "_percent": "%", "_nm": "N m"}
 
 
@@ -94,7 +109,7 @@ def _unit(kind: str) -> str:
 
 def _words(kind: str) -> str:
     """`settling_s` without its unit."""
-    return kind.removesuffix(_ending(kind)).replace("_", " ")
+    return _CLEARER.get(kind) or kind.removesuffix(_ending(kind)).replace("_", " ")
 
 
 def _title(kind: str) -> str:
