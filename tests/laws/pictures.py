@@ -60,10 +60,16 @@ def panel(row: dict[str, Any], at: tuple[int, int]) -> str:
         for colour, width, dash, line in lines
     ]
     said = law["phrase"] or "a curve"
-    over = told[1][0]
+    over, worst = told[1][0], int(np.argmax(row["before"]))
     words = [
-        (8, 15, "start", 12, f"{row['kind'].replace('_', ' ')}, {row['axis']}"),
-        (8, 30, "start", 10, f"{said}; {max(row['before']):.3g} to {max(row['left']):.2f} floors"),
+        (
+            8,
+            15,
+            "start",
+            12,
+            f"{row['kind'].replace('_', ' ')}: {row['before'][worst]:.4g} to {row['left'][worst]:.2f} floors",
+        ),
+        (8, 30, "start", 10, said),
         (_LEFT - 4, _TOP + 8, "end", 9, f"{most:.2g}"),
         (_LEFT - 4, _HIGH - _BELOW, "end", 9, f"{least:.2g}"),
         (_LEFT, _HIGH - _BELOW + 12, "start", 9, f"{x[0]:.2g}"),
