@@ -17,6 +17,7 @@ from gimbal_hil.data.signals import SignalsTable, read_signals
 from sim_backend.model import AntennaModel, load_model, shipped_model
 from tests.blind.cases import tables_of
 from tests.blind.draw import draw
+from tests.cases.joint import BENCH, table_text
 from tests.rigs import Rig, write_bam, write_dd2dof, write_emps, write_odrive
 from tests.rigs.drawn import HIDDEN, drawn_joint, write_drawn
 
@@ -208,3 +209,15 @@ def test_an_axis_that_stands_while_the_other_moves_says_nothing_about_its_torque
         columns |= {"outer.position": position, "outer.torque": torque}
         logs.append(SignalsTable.of(model.axes, t, columns))
     assert channels_of(model, tuple(logs))["outer.torque"].misfit(3.0) < 0.4
+
+
+@pytest.mark.parametrize("times", [0.1, 10.0])
+def test_a_rate_that_was_stated_ten_times_too_high_or_low_is_told_as_that(tmp_path: Path, times: float) -> None:
+    (tmp_path / "model.yaml").write_text(BENCH.model_text())
+    log = BENCH.log("a", 16.0)
+    (tmp_path / "log.csv").write_text(table_text({"joint.torque": log.torque, "joint.position": log.position}))
+    model = load_model(tmp_path / "model.yaml")
+    table = read_signals(tmp_path / "log.csv", model, rate_hz=500.0 * times)
+    with pytest.raises(BadInputError, match=r"time_s: fits .* at about [456]e\+02 a second .*--rate with the rows"):
+        preflight(model, (table,))
+    preflight(model, (read_signals(tmp_path / "log.csv", model, rate_hz=500.0),))

@@ -28,6 +28,8 @@ _NEARLY = 1.05
 #: a channel is suspect when more than this share of it is left; another reading is right when it leaves no more than
 #: these shares of any suspect channel, and of what was left of it
 _SUSPECT, _LEFT, _OF_IT = 0.5, 0.4, 0.5
+#: other rates than a stated one, in times its period
+_RATES = [2.0 ** (0.25 * k) for k in range(-28, 29) if abs(k) > 3]
 #: whole numbers that go this far are counts
 _COUNTS = 2.0
 #: the most that a base is pitched by, rad, and what a table rounds
@@ -52,6 +54,7 @@ def preflight(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> None:
             _check_energy(model, table)
         return
     found, which = misread
+    _require_rate(model, which, found)
     where = ", ".join(dict.fromkeys(table.source or "log" for table in which))
     verb = "seems" if len(found.columns) == 1 else "seem"
     raise BadInputError(
@@ -68,11 +71,44 @@ def _with_option(expected: str, tables: tuple[SignalsTable, ...], units: Mapping
     return f"{expected}: {option}" if option else expected
 
 
+def _stated_rates(tables: tuple[SignalsTable, ...]) -> list[str]:
+    """What was noted of rows whose rate somebody stated."""
+    return [note for table in tables for note in table.notes if STATED_RATE in note]
+
+
+def _require_rate(model: AntennaModel, tables: tuple[SignalsTable, ...], found: OtherReading) -> None:
+    """Raise BadInputError where rows whose rate a person stated fit the model at another one; it tells what else was
+    `found`.
+    """
+    if len(stated := _stated_rates(tables)) < len(tables):
+        return
+
+    def left(times: float) -> float:
+        read = tuple(in_blocks(_slower(table, times)) for table in tables)
+        return max((one.misfit(_ALIKE) for one in channels_of(model, read).values()), default=np.inf)
+
+    tried = {times: left(times) for times in _RATES}
+    times = min(tried, key=lambda one: tried[one])
+    if tried[times] < min(_LEFT, _OF_IT * left(1.0)):
+        hertz = 1.0 / (times * tables[0].period_s)
+        raise BadInputError(
+            ", ".join(dict.fromkeys(table.source or "log" for table in tables)) + ": time_s",
+            f"fits what the model asks of this motion where the rows came at about {hertz:.1g} a second ({stated[0]})",
+            "--rate with the rows a second at which they were logged; if that is right, "
+            f"{', '.join(found.columns)} {'is' if len(found.columns) == 1 else 'are'} {found.what}: "
+            + _with_option(found.remedy, tables, found.units),
+        )
+
+
+def _slower(table: SignalsTable, times: float) -> SignalsTable:
+    return SignalsTable.of(table.axes, times * table.time_s, table.columns, None, table.source)
+
+
 def _or_the_rate(found: OtherReading, tables: tuple[SignalsTable, ...]) -> str:
     """What to doubt as well where a person said how fast the rows came: all rates and accelerations scale with it."""
     if found.what in (MIRRORED, SWAPPED):
         return ""
-    stated = [note for table in tables for note in table.notes if STATED_RATE in note]
+    stated = _stated_rates(tables)
     return f"; or another --rate, if the rows did not come at the one stated ({stated[0]})" if stated else ""
 
 
