@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.pages.plots import figure, stacked
+from gimbal_hil.pages.plots import figure, peaks_kept, stacked
 from gimbal_hil.pages.report import Callout, Details, Heading, Made, Page, Plot, Table, Text, command_of
 from gimbal_hil.pages.report.figures_packed import STEPS, rounded, unpacked
 from gimbal_hil.surface.demo.story import STAGES, StageResult, story_page
@@ -139,3 +139,11 @@ def test_no_heading_takes_the_name_of_what_is_packed_into_the_page(heading: str)
 def test_a_path_of_any_bytes_stands_in_a_page_that_every_reader_takes(tmp_path: Path) -> None:
     written = Page("A run", "of r\udcff", [Text("next: replay r\udcff")]).write(tmp_path / "report.html")
     assert "replay r\\udcff" in written.read_text(encoding="utf-8")
+
+
+def test_a_line_of_many_samples_keeps_its_peak_and_its_order() -> None:
+    values = np.zeros(100_000)
+    values[31_417] = 3.6
+    kept = peaks_kept(values, 1000)
+    assert 31_417 in kept and len(kept) <= 1000 and (np.diff(kept) > 0).all()
+    assert list(peaks_kept(values[:5], 1000)) == [0, 1, 2, 3, 4]

@@ -138,7 +138,7 @@ def _largest_change(found: Comparison) -> str:
 
 
 def _overlays(found: Comparison) -> list[Block]:
-    from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, stacked, thinned
+    from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, peaks_kept, stacked
 
     first, second = found.tables
     if first is None or second is None:
@@ -158,14 +158,14 @@ def _overlays(found: Comparison) -> list[Block]:
         ]
         drawn = stacked(titles, "time since the first row [s]", units, height_each=150)
         for table, colour, label in ((first, MEASURED, found.names[0]), (second, MODEL, found.names[1])):
-            part = thinned(len(table), 1500)
             for place, name in enumerate(columns):
+                part = peaks_kept(table.columns[name], 1500)
                 drawn.add_scatter(
                     x=table.time_s[part], y=table.columns[name][part], name=label, legendgroup=label,
                     showlegend=place == 0, line={"color": colour, "width": 1.2}, row=2 * place + 1,
                 )  # fmt: skip
         for place, ((time_s, off), (factor, _)) in enumerate(zip(apart, scales, strict=True)):
-            part = thinned(len(time_s), 1500)
+            part = peaks_kept(off, 1500)
             line = {"color": ALERT, "width": 1.2}
             drawn.add_scatter(x=time_s[part], y=factor * off[part], line=line, row=2 * place + 2, showlegend=False)
         blocks.append(Plot(drawn, f"{axis}: both runs from their first row on, and their difference."))

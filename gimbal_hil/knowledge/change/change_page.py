@@ -8,7 +8,7 @@ from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.change.comparing import ChangeKind, MachineComparison
 from gimbal_hil.knowledge.change.telling import answer_of, document_of
 from gimbal_hil.knowledge.discrepancy import entries_of
-from gimbal_hil.pages.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
+from gimbal_hil.pages.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles, quantity
 
 if TYPE_CHECKING:
     from gimbal_hil.pages.plots import Drawing
@@ -115,7 +115,9 @@ def _shared(document: Json) -> Table:
         (
             f"{one['name']} ({one['axis']})",
             one["status"],
-            ", ".join(f"{key} {number['value']:.4g}" for key, number in one["parameters"].items()),
+            ", ".join(
+                f"{key} {quantity(number['value'], number['unit'])}" for key, number in one["parameters"].items()
+            ),
         )
         for one in document["shared"]
     ]

@@ -12,6 +12,7 @@ from gimbal_hil.pages.plots.figures import (
     figure_of_panels,
     in_floors,
     logarithm,
+    peaks_kept,
     stacked,
     thinned,
 )
@@ -30,6 +31,7 @@ __all__ = [
     "figure_of_panels",
     "in_floors",
     "logarithm",
+    "peaks_kept",
     "stacked",
     "thinned",
     "write_picture",

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from firmware_protocol.json_object import Json
 from gimbal_hil.pages.plots.drawing import Drawing
 
@@ -135,3 +138,15 @@ def _title(text: str) -> dict[str, object]:
 def thinned(count: int, most: int = 4000) -> slice:
     """A slice that leaves at most `most` of `count` samples, so that a page stays light."""
     return slice(None, None, max(1, -(-count // most)))
+
+
+def peaks_kept(values: NDArray[np.float64], most: int = 4000) -> NDArray[np.int64]:
+    """Which of the samples (n,) to draw, at most about `most`, so that a page stays light and no peak is lost: the
+    smallest and the largest of each stretch.
+    """
+    if len(values) <= most:
+        return np.arange(len(values))
+    starts = np.linspace(0, len(values), most // 2, endpoint=False).astype(np.int64)
+    stretches = [slice(a, b) for a, b in zip(starts, [*starts[1:], len(values)], strict=True)]
+    ends = [a.start + find(values[a]) for a in stretches for find in (np.argmin, np.argmax)]
+    return np.unique(np.asarray(ends, np.int64))

@@ -19,7 +19,7 @@ _ROW, _AROUND = 46, 110
 
 @dataclass(frozen=True)
 class Dots:
-    """What one of those compared reached: urad for each scenario, NaN where there is none, and one standard deviation
+    """What one of those compared reached: µrad for each scenario, NaN where there is none, and one standard deviation
     over the seeds either way, 0 of a single one.
     """
 
@@ -38,7 +38,7 @@ def error_dots(title: str, scenarios: Sequence[str], compared: Sequence[Dots]) -
 
     order = sorted(range(len(scenarios)), key=least, reverse=True)
     rows = ["<br>".join(textwrap.wrap(scenarios[place], _LINE_LETTERS)) for place in order]
-    drawn = figure(title, "rms [urad]", "", _AROUND + _ROW * len(rows))
+    drawn = figure(title, "rms [µrad]", "", _AROUND + _ROW * len(rows))
     for drawn_over, one in zip(range(len(compared) - 1, -1, -1), compared, strict=True):
         spread = [one.deviations[place] for place in order] if any(one.deviations) else []
         error = dict(type="data", array=spread, thickness=1, color=one.colour)

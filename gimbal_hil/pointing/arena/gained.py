@@ -32,7 +32,7 @@ def what_tuning_gave(
 
 def gained_text(found: ArenaResult) -> str:
     """The table for the terminal, with the answer above it."""
-    rows = [("scenario", "before, urad", "tuned, urad", "times smaller"), *_rows(found)]
+    rows = [("scenario", "before, µrad", "tuned, µrad", "times smaller"), *_rows(found)]
     widths = [max(len(row[i]) for row in rows) for i in range(4)]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
     return "\n".join([_answer(found), *lines])
@@ -43,10 +43,10 @@ def gained_blocks(found: ArenaResult, tuning: Tuning, cautions: Sequence[str]) -
     blocks: list[Block] = [
         Callout(_answer(found), tone_of(_pairs(found))),
         Plot(_dots(found), "Line-of-sight error; the axis is logarithmic."),
-        Table(("Scenario", "Before [urad]", "Tuned [urad]", "Times smaller"), _rows(found)),
+        Table(("Scenario", "Before [µrad]", "Tuned [µrad]", "Times smaller"), _rows(found)),
         Heading("Loops"),
         Table(
-            ("Axis", "Loops", "Crossing [rad/s]", "Disk margin", "Gain, phase", "Error [urad]", "30 % off"),
+            ("Axis", "Loops", "Crossing [rad/s]", "Disk margin", "Gain, phase", "Error [µrad]", "30 % off"),
             [row for one in tuning.axes for row in _loops(one.axis, one.before, one.after)],
             "Predicted by the model, worst over inertias, sliding and stuck: the error of a torque that walks as "
             "friction does, of the sensors' noise and the navigation's drift.",

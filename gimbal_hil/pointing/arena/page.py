@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 _MICRO = 1e6
 #: title (`{0}` and `{1}` are the axes), figure of an outcome, factor to the unit of the title
 Column = tuple[str, Callable[[TrialOutcome], float], float]
-_LINE_OF_SIGHT: Column = ("line of sight, rms [urad]", lambda one: one.los_rms, _MICRO)
+_LINE_OF_SIGHT: Column = ("line of sight, rms [µrad]", lambda one: one.los_rms, _MICRO)
 _AXES: tuple[Column, ...] = (
-    ("{0}, rms [urad]", lambda one: one.rms[0], _MICRO),
-    ("{1}, rms [urad]", lambda one: one.rms[1], _MICRO),
+    ("{0}, rms [µrad]", lambda one: one.rms[0], _MICRO),
+    ("{1}, rms [µrad]", lambda one: one.rms[1], _MICRO),
 )
 _PEAKS: tuple[Column, ...] = (
-    ("{0}, peak after a reversal [urad]", lambda one: one.reversal_peak[0], _MICRO),
-    ("{1}, peak after a reversal [urad]", lambda one: one.reversal_peak[1], _MICRO),
+    ("{0}, peak after a reversal [µrad]", lambda one: one.reversal_peak[0], _MICRO),
+    ("{1}, peak after a reversal [µrad]", lambda one: one.reversal_peak[1], _MICRO),
 )
 _STEPS: tuple[Column, ...] = (
     ("overshoot [%]", lambda one: one.overshoot, 1.0),
@@ -61,7 +61,7 @@ def arena_text(found: ArenaResult) -> str:
         for row in [header, *lines]
     ]
     about = (
-        f"line-of-sight error, urad rms, mean of {found.seeds} seeds; steps: the error at rest, overshoot in percent, "
+        f"line-of-sight error, µrad rms, mean of {found.seeds} seeds; steps: the error at rest, overshoot in percent, "
         "settling in s"
     )
     return "\n".join([*_worst_lines(found), "", about, "", *table])
@@ -94,7 +94,7 @@ def _worst_lines(found: ArenaResult) -> list[str]:
         for entrant in found.entrants:
             worst = found.worst(antenna, entrant.name)
             if worst is not None:
-                size = "tripped" if worst[1] == float("inf") else f"{_MICRO * worst[1]:.1f} urad"
+                size = "tripped" if worst[1] == float("inf") else f"{_MICRO * worst[1]:.1f} µrad"
                 told = f"worst case of {entrant.name} on {_short(antenna)}, steps apart: {worst[0]}, {size}"
                 behind = _behind(found, antenna, entrant.name)
                 if behind is not None:
@@ -122,7 +122,7 @@ def _worst_table(found: ArenaResult) -> Table:
             told = "not stable: a limit cycle" if _is_limit_cycle(entrant, antenna) else ""
             rows.append((entrant.name, _short(antenna), worst[0], size, *seen, told))
     kept = [True] * 6 + [any(row[6] for row in rows)]
-    header = ("Controller", "Antenna", "Worst case", "rms [urad]", "Cases behind", "Most behind the best", "Loops")
+    header = ("Controller", "Antenna", "Worst case", "rms [µrad]", "Cases behind", "Most behind the best", "Loops")
     cut = [[cell for cell, keep in zip(row, kept, strict=True) if keep] for row in (header, *rows)]
     return Table(
         cut[0], cut[1:], "Steps are left out; behind is more than 10 % worse than the best controller of a case."
@@ -183,7 +183,7 @@ def _best_lines(found: ArenaResult) -> list[str]:
         rows = [(worst, one.name) for one in found.entrants if (worst := found.worst(antenna, one.name)) is not None]
         if rows:
             ((where, size), name), (_, last) = (pick(rows, key=lambda row: row[0][1]) for pick in (min, max))
-            told = "a guard stopped it" if size == float("inf") else f"{_MICRO * size:.1f} urad rms"
+            told = "a guard stopped it" if size == float("inf") else f"{_MICRO * size:.1f} µrad rms"
             beside = f" The largest is that of {last}." if len(rows) > 1 else ""
             lines.append(f"{name} has the smallest worst case on {_short(antenna)}: {told} ({where}).{beside}")
     return lines
@@ -280,7 +280,7 @@ def _drawn_errors(found: ArenaResult, scenarios: Sequence[Scenario]) -> list[Blo
     kinds = ("aircraft", "base", "reversals")
     picked = [next((one for one in scenarios if one.name.startswith(kind)), None) for kind in kinds]
     for scenario in [one for one in picked if one is not None][:_DRAWN]:
-        drawn = figure(scenario.name, "time [s]", "line-of-sight error [urad]")
+        drawn = figure(scenario.name, "time [s]", "line-of-sight error [µrad]")
         for place, entrant in enumerate(found.entrants):
             outcomes = found.of(scenario.name, antenna, entrant.name)
             if outcomes and outcomes[0].trace is not None:

@@ -145,7 +145,7 @@ def what_paid(
 def paid_text(paid: Paid) -> str:
     """Both tables for the terminal."""
     rows = [("scenario", BEFORE, FIRST, IMPROVED), *_gains(paid)]
-    lines = [_answer(paid), "line of sight, urad rms", *_aligned(rows), ""]
+    lines = [_answer(paid), "line of sight, µrad rms", *_aligned(rows), ""]
     if paid.parts:
         lines += ["left out of the improved model", *_aligned([_header(paid), *_losses(paid)])]
     return "\n".join(lines)
@@ -158,7 +158,7 @@ def paid_blocks(paid: Paid) -> list[Block]:
         Plot(_dots(paid), "Line-of-sight error; the axis is logarithmic."),
         Heading("Pointing before and after"),
         Text(
-            "Line-of-sight error, urad rms, of the antenna's true joints: the configuration as it was, tuned with the "
+            "Line-of-sight error, µrad rms, of the antenna's true joints: the configuration as it was, tuned with the "
             "first model, and tuned with the improved one."
         ),
         Table(("Scenario", BEFORE, FIRST, IMPROVED), _gains(paid)),

@@ -193,7 +193,7 @@ def _lines(found: Tuning, name: str, aim: str) -> list[str]:
         wrong = "stable" if figures.stable_when_wrong else "not stable"
         return (
             f"  {what:<16} crosses at {figures.crossing_rad_s:.0f} rad/s, disk margin {figures.margin:.2f} "
-            f"(gain {gain:.2f}, phase {phase:.0f} deg), error {1e6 * figures.error_rad:.1f} urad rms, of it noise "
+            f"(gain {gain:.2f}, phase {phase:.0f} deg), error {1e6 * figures.error_rad:.1f} µrad rms, of it noise "
             f"{1e6 * figures.noise_rad:.2f}; {wrong} with the model 30 % off"
         )
 

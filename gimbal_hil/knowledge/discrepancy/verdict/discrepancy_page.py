@@ -11,6 +11,7 @@ from gimbal_hil.knowledge.discrepancy.inquiry import gain_on
 from gimbal_hil.knowledge.discrepancy.judgement import Result
 from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap
 from gimbal_hil.knowledge.discrepancy.verdict.page_figures import (
+    explained,
     gap_figure,
     law_figure,
     over_figure,
@@ -112,6 +113,8 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
 def _answer(result: Result, found: Verdict, gap: Gap) -> list[Block]:
     """What a reader came for: the sentence, the figures, how large the gap is, and the plot that shows its kind."""
     verdict, which = found.document, "largest gap" if gap is found.gap else "gap"
+    share = "-" if gap.closed_fraction is None else f"{gap.closed_fraction:.1%}"
+    closed = [(share, f"of the gap closed {_judged_on(result)}")] if explained(result) else []
     return [
         _said(verdict),
         *(Callout(f"{against['axis']}: {against['text']}.", "warning") for against in verdict["contradictions"]),
@@ -119,13 +122,10 @@ def _answer(result: Result, found: Verdict, gap: Gap) -> list[Block]:
             (
                 (verdict["verdict"].replace("_", " "), "verdict"),
                 (
-                    f"{gap.before / gap.noise_floor:.1f} → {gap.after / gap.noise_floor:.1f}",
+                    f"{gap.before / gap.noise_floor:.1f}" + (f" → {gap.after / gap.noise_floor:.1f}" if closed else ""),
                     f"{which} in noise floors, {gap.axis} {gap.signal.replace('_', ' ')}",
                 ),
-                (
-                    "-" if gap.closed_fraction is None else f"{gap.closed_fraction:.1%}",
-                    f"of the gap closed {_judged_on(result)}",
-                ),
+                *closed,
                 _floor_tile(gap),
             )
         ),
@@ -247,13 +247,13 @@ def _ranking(result: Result) -> Table:
             rows.append(
                 (
                     str(number),
-                    effect,
+                    effect.replace("_", " "),
                     axis,
-                    f"{fitted.mean:.3g}",
+                    f"{fitted.mean:.3f}",
                     f"{fitted.sure:.1f}",
-                    f"{held.mean:.3g}",
+                    f"{held.mean:.3f}",
                     f"{held.sure:.1f}",
-                    "" if control is None else f"{control:.3g}",
+                    "" if control is None else f"{control:.3f}",
                 )
             )
     judging = "last part" if result.suspected_only else "hold-out"
@@ -281,16 +281,22 @@ def _rivals(result: Result) -> Table | None:
         for rival in one.standing.rivals[:4]:
             apart = "no" if rival.close(policy) else "yes"
             other = " and ".join(f"{effect} ({axis})" for effect, axis in rival.labels)
-            rows.append((name, other, f"{rival.sure:.1f}", _more_left(rival.extra), apart))
+            row = tuple(cell.replace("_", " ") for cell in (name, other))
+            rows.append((*row, f"{rival.sure:.1f}", _more_left(rival.extra), apart))
     caption = (
-        "Every cause beside what could stand in its place, refitted there: by how many standard errors over blocks it "
-        f"explains less, and how much more it leaves. Under {policy.sure:g} ({policy.anew:g} for another order of the "
-        f"same ripple), or by less than a model is exact to ({policy.same:.0%} of what is left or of the rms that the "
+        "What could stand in the place of a cause, refitted there: by how many standard errors over blocks it explains "
+        "less, and how much it leaves beside what the cause leaves. They cannot be told apart under "
+        f"{policy.sure:g} ({policy.anew:g} for another order of the same ripple), or by less than a model is exact to "
+        f"({policy.same:.0%} of what is left or of the rms that the "
         f"cause takes, {policy.least_squares:g} squared noise floors) or than the part of what is left that can be "
-        "predicted, since something else is missing there, they cannot be told apart."
+        "predicted, since something else is missing there."
     )
     return (
-        Table(("cause", "in its place", "standard errors", "squares left", "told apart"), rows, caption)
+        Table(
+            ("cause", "in its place", "standard errors", "squares left", "told apart"),
+            list(dict.fromkeys(rows)),
+            caption,
+        )
         if rows
         else None
     )

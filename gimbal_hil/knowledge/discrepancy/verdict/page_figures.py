@@ -14,6 +14,7 @@ from gimbal_hil.knowledge.discrepancy.laws import DescribedLaw
 from gimbal_hil.knowledge.discrepancy.twin import Floats
 from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap
 from gimbal_hil.knowledge.discrepancy.verdict.where import Regime, regimes
+from gimbal_hil.pages.report import scaled_unit
 from sim_backend.model import UNIT_OF, UNIT_OVER, ActsOn
 
 if TYPE_CHECKING:
@@ -117,12 +118,14 @@ def over_figure(result: Result, gap: Gap) -> Drawing:
         for state, under in ((result.stated, inquiry), (result.best, result.under))
     )
     over = _abscissas(result, gap.axis)
+    factor, unit = scaled_unit(float(np.max(np.abs(before), initial=0.0)), gap.unit)
+    before, after = factor * before, factor * after
     word = gap.signal.replace("_", " ")
     drawn = figure_of_panels(
-        [name for name, _ in over], f"{word} left [{gap.unit}]", 250, f"{gap.axis} {word} left over, before and after"
+        [name for name, _ in over], f"{word} left [{unit}]", 250, f"{gap.axis} {word} left over, before and after"
     )
     few = thinned(len(before), _DOTS)
-    lines = [("before", before, REFERENCE)] + ([("after", after, MODEL)] if _explained(result) else [])
+    lines = [("before", before, REFERENCE)] + ([("after", after, MODEL)] if explained(result) else [])
     for row, (_, x) in enumerate(over, start=1):
         for name, left, colour in lines:
             dots = dict(mode="markers", marker=dict(size=3, color=colour, opacity=0.35))
@@ -135,7 +138,7 @@ def over_figure(result: Result, gap: Gap) -> Drawing:
     return drawn
 
 
-def _explained(result: Result) -> bool:
+def explained(result: Result) -> bool:
     """Whether there is something after to be drawn."""
     return bool(result.told) or result.described is not None
 
@@ -221,7 +224,7 @@ def time_figure(result: Result) -> Drawing:
     for j in range(len(channels)):
         row = j + 1
         for name, rows, colour in (("before", before, REFERENCE), ("after", after, MODEL)):
-            if name == "before" or _explained(result):
+            if name == "before" or explained(result):
                 line = dict(color=colour, width=1)
                 drawn.add_scatter(row, x=time[part], y=rows[:first, j][part], name=name, line=line, showlegend=row == 1)
         for level in (-1.0, 1.0):

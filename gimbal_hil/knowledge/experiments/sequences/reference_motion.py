@@ -125,19 +125,19 @@ def _covered(row: Row) -> str:
 
 def figures(drawn: Mapping[str, Signals]) -> list[Block]:
     """What was followed: joint positions and commanded torques over time."""
-    from gimbal_hil.pages.plots import AXIS_COLOURS, stacked, thinned
+    from gimbal_hil.pages.plots import AXIS_COLOURS, peaks_kept, stacked
 
     blocks: list[Block] = []
     for signals in drawn.values():
-        few = thinned(len(signals["time_s"]))
         figure = stacked(("", ""), "time [s]", ("position [rad]", "torque [N m]"), 190)
         for axis, colour in zip(axes_of(signals), AXIS_COLOURS, strict=True):
             line = dict(color=colour)
+            few, peaks = (peaks_kept(signals[f"{axis}.{name}"]) for name in ("position", "torque"))
             figure.add_scatter(
                 x=signals["time_s"][few], y=signals[f"{axis}.position"][few], name=axis, line=line, row=1
             )
             figure.add_scatter(
-                x=signals["time_s"][few], y=signals[f"{axis}.torque"][few], showlegend=False, line=line, row=2
+                x=signals["time_s"][peaks], y=signals[f"{axis}.torque"][peaks], showlegend=False, line=line, row=2
             )
         blocks.append(Plot(figure, "Joint positions and commanded torques."))
     return blocks

@@ -222,8 +222,8 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
         blocks.append(Details(f"Every speed of the {axis} axis", [_table(axis, pairs)]))
     blocks.append(
         Text(
-            "gimbal-hil identify on this folder fits all seven numbers with intervals, the model's gravity and "
-            "presliding runs included."
+            "gimbal-hil identify on this folder fits these numbers with the model's gravity; given a run of presliding "
+            "too, also the bristles' stiffness and damping."
         )
     )
     return blocks
@@ -232,7 +232,7 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
 def _numbers(curve: StaticFit) -> Table:
     rows = [
         (
-            e.name,
+            e.name.replace("_", " "),
             e.fitted_text,
             e.interval_text,
             e.unit,
