@@ -91,6 +91,7 @@ OF_THE_READER = {
 LOGS = {
     r"(?<=--measured )\S+?(?=\]| )": "runs/survey",
     r"(?<=--holdout )\S+?(?=\]| )": "runs/holdout",
+    r"(?<=^discrepancy --model )mine/model.yaml": "antenna/model.yaml",
     r"(?<=^identify )RUN( RUN)?": "runs/sliding",
     r"(?<=^init )mine(?= --yes --kind| --link)": "other",
 }
@@ -125,6 +126,11 @@ NOT_HERE = {
     r"tle:": "needs skyfield, tests/pointing",
     r"--moving|--duration 600": "an hour of flight, tests/pointing",
     r"^(adjust|set|stop|quick-stop|shut-down|reset|watch)\b": "a running daemon, test_commands_with_a_daemon.py",
+    r"^drive-tables\b": "drives of another make, tests/drive_tables",
+    r"--measured \S+ --measured|settle\.yaml": "a motion that a verdict of its own made, tests/improvement",
+    r"--over-temperature": "logs of several temperatures, tests/identification",
+    r"--certify": "minutes of flights, tests/pointing",
+    r"^service install$": "the name of a command, tests/deployment",
     r"^foxglove\b": "a running daemon, tests/foxglove",
     r"^mavlink\b": "two processes in real time, tests/mavlink",
 }
