@@ -61,7 +61,7 @@ def command(
         print(json.dumps({"good": good, "files": [one.as_dict() for one in checked]}))
     else:
         print("\n".join(line for one in checked for line in _lines(one)))
-        guessed = [word for one in checked for word in one.reads_as]
+        guessed = list(dict.fromkeys(word for one in checked for word in one.reads_as))
         if column or not any(one.is_strange for one in checked):
             print_next(after_check(files, checked, column or guessed))
     return EXIT_DONE if good else EXIT_NO
