@@ -9,7 +9,10 @@ import pytest
 
 from gimbal_hil.knowledge.improvement import read_journal
 from gimbal_hil.knowledge.improvement.journal import Stopped
+from gimbal_hil.loop.settings import shipped_settings_path
 from gimbal_hil.surface.cli.app import run
+from gimbal_hil.surface.cli.improve import _begun_from
+from sim_backend.model import shipped_model_path
 
 
 def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
@@ -63,3 +66,11 @@ def test_the_shipped_antenna_is_at_its_floor_and_the_answer_is_one_json_object(
     assert answer == json.loads((out / "improve.json").read_text())
     assert (out / "report.html").exists()
     assert (out / "model.yaml").exists()
+
+
+def test_the_model_that_the_configuration_names_is_begun_with(tmp_path: Path) -> None:
+    (tmp_path / "model.yaml").write_text(shipped_model_path("realistic").read_text())
+    file = tmp_path / "antenna.yaml"
+    file.write_text(shipped_settings_path().read_text() + "\nobserver: {model: model.yaml}\n")
+    assert _begun_from(file, None)[1].where == str(tmp_path / "model.yaml")
+    assert _begun_from(file, "thesis")[1].name == "thesis"

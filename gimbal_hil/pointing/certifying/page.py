@@ -91,7 +91,7 @@ def summary(found: Certificate) -> str:
         muted += f", the slowest {late[0].slowest_mute_s:.2f} s (seed {late[0].seed})"
     return (
         f"Within {math.degrees(need.within_rad):g} degrees in {_share(found.within)} of the time of transmission, "
-        f"which was {_share(found.transmitting)} of the time in the air; {muted}."
+        f"which was {_share(found.transmitting)} of the time since the acquisition; {muted}."
     )
 
 
@@ -113,7 +113,7 @@ def certificate_blocks(found: Certificate) -> list[Block]:
         Tiles(
             [
                 (_percent(found.within.value), f"of transmission within {limits}"),
-                (_percent(found.transmitting.value), "of the time transmitting"),
+                (_percent(found.transmitting.value), "of the time since the acquisition transmitting"),
                 (f"{1e3 * max(one.slowest_mute_s for one in flights):.0f} ms", "longest unmuted beyond the limit"),
                 (f"{largest:.3f}°", "largest error while transmitting"),
                 (str(len(flights)), f"flights of {found.task.duration_s:g} s"),

@@ -68,7 +68,7 @@ class BeginningOptions:
         typer.Option(
             metavar="MODEL",
             autocompletion=model_names,
-            help="Model to start from, or name of a shipped one; without it thesis.",
+            help="Model to start from, or name of a shipped one; without it the one that --config names, or thesis.",
         ),
     ] = None
 
@@ -135,7 +135,8 @@ def _begun_from(config: Path | None, model: str | None) -> tuple[DaemonSettings,
     from sim_backend.model import model_named, shipped_model
 
     settings = load_settings(config) if config else shipped_settings()
-    start = model_named(model) if model else shipped_model()
+    named = model or (settings.observer.model if config else None)
+    start = model_named(named) if named else shipped_model()
     return settings.for_axes(start.axes, start.where), start
 
 
