@@ -157,11 +157,15 @@ def _told(number: float | None, usual: float) -> float:
     return usual if number is None else number
 
 
-def friction_of(axis: AxisDescription) -> dict[str, tuple[float, str]]:
-    """LuGre numbers of a described axis, each with its source."""
+def friction_of(axis: AxisDescription, kind: ModelKind) -> dict[str, tuple[float, str]]:
+    """LuGre numbers of a described axis, each with its source.
+
+    One axis alone is for logs of its own and starts without bristles: those that nobody told of would be searched for
+    in place of what is there. The antenna of a gimbal moves in a simulation and has them.
+    """
     assert axis.coulomb_nm is not None and axis.breakaway_nm is not None and axis.viscous_nm_s is not None
     assert axis.inertia_kg_m2 is not None
-    stiffness = axis.breakaway_nm / _BRISTLE
+    stiffness = axis.breakaway_nm / _BRISTLE if kind is ModelKind.GIMBAL else 0.0
     damping = 2.0 * _BRISTLE_DAMPING * math.sqrt(stiffness * axis.inertia_kg_m2)
     bump = axis.breakaway_nm - axis.coulomb_nm
     # beyond this the bristles would give energy back

@@ -73,10 +73,11 @@ def _model_axis(axis: AxisDescription, linear: bool, antenna: AntennaDescription
         body["inertia"] = {key: _number(axis.inertia_kg_m2, "kg m2", about) for key in ("xx", "yy", "zz")}
     if axis.offset_m:
         body["cog"] = {"x": _number(axis.offset_m, "m", axis.source("offset_m"))}
+    friction = friction_of(axis, antenna.kind)
     section: Document = {"parent": antenna.axes[0].name} if place else {}
     section |= {
         "body": body,
-        "friction": {key: _number(value, units[key], source) for key, (value, source) in friction_of(axis).items()},
+        "friction": {key: _number(value, units[key], source) for key, (value, source) in friction.items()},
         "actuator": {"limit": _number(axis.torque_nm, torque, axis.source("torque_nm"))},
         "encoder": {"step": {"value": step, "unit": angle, "source": axis.source("encoder_counts"), "uncertainty": 0}},
     }
