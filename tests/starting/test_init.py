@@ -134,6 +134,15 @@ def test_one_axis_alone_lies_as_it_is_said_and_a_rotary_one_level_while_nobody_s
     assert load_model(tmp_path / "model.yaml").document["incline_sine"] == sine
 
 
+@pytest.mark.parametrize(("kind", "has"), [("gimbal", True), ("rotary", False), ("linear", False)])
+def test_only_what_moves_in_a_simulation_has_bristles_that_nobody_told_of(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str, has: bool
+) -> None:
+    assert begin(capsys, tmp_path, "--yes", "--kind", kind)[0] == 0
+    model = load_model(tmp_path / "model.yaml")
+    assert {model.number(axis, "friction.sigma0") > 0.0 for axis in model.axes} == {has}
+
+
 @pytest.mark.parametrize(
     ("link", "section"),
     [
