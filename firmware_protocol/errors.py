@@ -27,6 +27,10 @@ class BadInputError(GimbalHilError):
         self.others = tuple(others)
         super().__init__(f"{self.where}: {self.problem}" + (f"; expected {expected}" if expected else ""))
 
+    def __reduce__(self) -> tuple[type[BadInputError], tuple[str, str, str, tuple[BadInputError, ...]]]:
+        # an exception is built anew from its text alone otherwise, which ends the pool that a worker belongs to
+        return BadInputError, (self.where, self.problem, self.expected, self.others)
+
     def below(self, where: str) -> BadInputError:
         """The same refusal, and those beside it, as a part of `where`."""
         others = [other.below(where) for other in self.others]

@@ -223,6 +223,8 @@ def _before_medians(motion: AxisMotion, ripples: Ripples, plain: ShiftedFit) -> 
         tried.append((fit.cost, rows, other))
     least = min(plain.cost, min(cost for cost, _, _ in tried))
     alike = [one for one in tried if one[0] <= _POSSIBLE * least]
+    if not alike:
+        return []
     # between the shortest and the longest of them numbers go one way
     alike = alike if len(alike) < 3 else [alike[0], min(alike, key=lambda one: one[0]), alike[-1]]
     text = (
