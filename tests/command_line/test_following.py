@@ -78,6 +78,8 @@ def test_positions_that_seem_to_be_in_turns_are_asked_again_in_turns() -> None:
     words = ["time_s=t", "j.position=pos", "k.position=a b:deg"]
     assert following.columns_in_turns(words, ["j", "k"]) == ["time_s=t", "j.position=pos:turn", "k.position=a b:turn"]
     assert following.columns_in_turns((), ["j"]) == ["j.position=j.position:turn"]
+    words = ["j.position=/odrv0:pos", "k.position=enc:-rad"]
+    assert following.columns_in_turns(words, ["j", "k"]) == ["j.position=/odrv0:pos:turn", "k.position=enc:-turn"]
 
 
 def test_a_log_of_axes_that_no_model_has_leads_to_a_model_of_them() -> None:

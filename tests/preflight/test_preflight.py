@@ -211,13 +211,42 @@ def test_an_axis_that_stands_while_the_other_moves_says_nothing_about_its_torque
     assert channels_of(model, tuple(logs))["outer.torque"].misfit(3.0) < 0.4
 
 
-@pytest.mark.parametrize("times", [0.1, 10.0])
-def test_a_rate_that_was_stated_ten_times_too_high_or_low_is_told_as_that(tmp_path: Path, times: float) -> None:
+@pytest.mark.parametrize(
+    ("times", "says"),
+    [
+        (10.0, r"time_s: fits .* at about [456]\d0 a second .*--rate with the rows"),
+        # all torque then is inertia's, which another unit explains as well
+        (0.1, r"joint\.torque: seems .*; or another --rate, if the rows did not come at the one stated"),
+    ],
+)
+def test_a_rate_that_was_stated_ten_times_too_high_or_low_is_told(tmp_path: Path, times: float, says: str) -> None:
     (tmp_path / "model.yaml").write_text(BENCH.model_text())
     log = BENCH.log("a", 16.0)
     (tmp_path / "log.csv").write_text(table_text({"joint.torque": log.torque, "joint.position": log.position}))
     model = load_model(tmp_path / "model.yaml")
     table = read_signals(tmp_path / "log.csv", model, rate_hz=500.0 * times)
-    with pytest.raises(BadInputError, match=r"time_s: fits .* at about [456]e\+02 a second .*--rate with the rows"):
+    with pytest.raises(BadInputError, match=says):
         preflight(model, (table,))
     preflight(model, (read_signals(tmp_path / "log.csv", model, rate_hz=500.0),))
+
+
+@pytest.mark.parametrize(
+    ("column", "times", "what"),
+    [
+        ("position", DEGREES, "position: seems to be in degrees"),
+        ("position", 0.5 / np.pi, "in radians, which turns"),
+        ("torque", 0.1, "torque: seems to be in amperes"),
+    ],
+)
+def test_a_rate_that_is_right_is_not_told_in_place_of_a_unit(
+    tmp_path: Path, column: str, times: float, what: str
+) -> None:
+    (tmp_path / "model.yaml").write_text(BENCH.model_text())
+    log = BENCH.log("a", 16.0)
+    columns = {"joint.torque": log.torque, "joint.position": log.position}
+    columns[f"joint.{column}"] = times * columns[f"joint.{column}"]
+    (tmp_path / "log.csv").write_text(table_text(columns))
+    model = load_model(tmp_path / "model.yaml")
+    with pytest.raises(BadInputError) as refused:
+        preflight(model, (read_signals(tmp_path / "log.csv", model, rate_hz=500.0),))
+    assert what in str(refused.value) and "time_s: fits" not in str(refused.value)

@@ -4,7 +4,7 @@ read otherwise?
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -77,23 +77,23 @@ def _stated_rates(tables: tuple[SignalsTable, ...]) -> list[str]:
 
 
 def _require_rate(model: AntennaModel, tables: tuple[SignalsTable, ...], found: OtherReading) -> None:
-    """Raise BadInputError where rows whose rate a person stated fit the model at another one; it tells what else was
-    `found`.
+    """Raise BadInputError where rows whose rate a person stated fit the model at another one, clearly better than with
+    what else was `found`, which it tells too.
     """
     if len(stated := _stated_rates(tables)) < len(tables):
         return
 
-    def left(times: float) -> float:
-        read = tuple(in_blocks(_slower(table, times)) for table in tables)
-        return max((one.misfit(_ALIKE) for one in channels_of(model, read).values()), default=np.inf)
+    def left(read: Iterable[SignalsTable]) -> float:
+        channels = channels_of(model, tuple(in_blocks(table) for table in read))
+        return max((one.misfit(_ALIKE) for one in channels.values()), default=np.inf)
 
-    tried = {times: left(times) for times in _RATES}
+    tried = {times: left(_slower(table, times) for table in tables) for times in _RATES}
     times = min(tried, key=lambda one: tried[one])
-    if tried[times] < min(_LEFT, _OF_IT * left(1.0)):
-        hertz = 1.0 / (times * tables[0].period_s)
+    if tried[times] < min(_LEFT, _OF_IT * left(tables), _OF_IT * left(found.undone(table) for table in tables)):
+        hertz = float(f"{1.0 / (times * tables[0].period_s):.2g}")
         raise BadInputError(
             ", ".join(dict.fromkeys(table.source or "log" for table in tables)) + ": time_s",
-            f"fits what the model asks of this motion where the rows came at about {hertz:.1g} a second ({stated[0]})",
+            f"fits what the model asks of this motion where the rows came at about {hertz:g} a second ({stated[0]})",
             "--rate with the rows a second at which they were logged; if that is right, "
             f"{', '.join(found.columns)} {'is' if len(found.columns) == 1 else 'are'} {found.what}: "
             + _with_option(found.remedy, tables, found.units),

@@ -32,7 +32,9 @@ def words_by_motion(columns: Mapping[str, Floats], axis: str) -> tuple[str, ...]
     moving = [name for name, values in whole.items() if np.ptp(values) > 0.0 and (not clock or name != clock[0])]
     if clock is None or not 2 <= len(moving) <= _MOST:
         return ()
-    left = {(q, u): _left(whole[q], whole[u], clock[2]) for q, u in permutations(moving, 2)}
+    motions = {name: _motion(whole[name], clock[2]) for name in moving}
+    torques = {name: _torque(whole[name], clock[2]) for name in moving}
+    left = {(q, u): _left(motions[q], torques[u]) for q, u in permutations(moving, 2)}
     (position, torque), least = min(left.items(), key=lambda item: item[1])
     others = [one for pair, one in left.items() if pair != (position, torque)]
     if least > _LEFT or least > _HALF * min(others):
@@ -50,17 +52,34 @@ def _clock(values: Floats) -> list[tuple[str, float]]:
     return found[:1]
 
 
-def _left(position: Floats, torque: Floats, period_s: float) -> float:
+def _rows(count: int, period_s: float) -> tuple[float, slice]:
+    """Width of the smoothing, rows, and the rows that are compared."""
+    width = max(2.0, _SMOOTHING_S / period_s)
+    edge = int(4 * width)
+    return width, slice(edge, count - edge, max(1, int(width / 2)))
+
+
+def _motion(position: Floats, period_s: float) -> tuple[Floats, ...]:
+    """A column as a position: smoothed, its slope and its bend."""
+    from scipy.ndimage import gaussian_filter1d
+
+    width, rows = _rows(len(position), period_s)
+    return tuple(gaussian_filter1d(position, width, order=order)[rows] for order in (0, 1, 2))
+
+
+def _torque(torque: Floats, period_s: float) -> Floats:
+    """A column as a torque that is held from row to row, smoothed as positions are."""
+    from scipy.ndimage import gaussian_filter1d
+
+    width, rows = _rows(len(torque), period_s)
+    return np.asarray(gaussian_filter1d(np.append(torque[:1], 0.5 * (torque[1:] + torque[:-1])), width)[rows])
+
+
+def _left(motion: tuple[Floats, ...], target: Floats) -> float:
     """Share of the torque's rms that inertia, friction and a curve over position leave; infinite where it is not made
     by both of the first two.
     """
-    from scipy.ndimage import gaussian_filter1d
-
-    width = max(2.0, _SMOOTHING_S / period_s)
-    edge = int(4 * width)
-    rows = slice(edge, len(position) - edge, max(1, int(width / 2)))
-    smooth, slope, bend = (gaussian_filter1d(position, width, order=order)[rows] for order in (0, 1, 2))
-    target = gaussian_filter1d(np.append(torque[:1], 0.5 * (torque[1:] + torque[:-1])), width)[rows]
+    smooth, slope, bend = motion
     if len(target) < 40 or not np.ptp(slope) > 0.0 or not np.ptp(target) > 0.0:
         return float("inf")
     place = (smooth - smooth.mean()) / np.ptp(smooth)

@@ -17,7 +17,8 @@ import numpy as np
 from gimbal_hil.knowledge.estimation import ShiftedFit, fit_shifted
 from gimbal_hil.knowledge.identification.averaging import Vector
 from gimbal_hil.knowledge.identification.axis_motion import AxisMotion
-from gimbal_hil.knowledge.identification.estimate import DataWarning, Estimate, settle
+from gimbal_hil.knowledge.identification.estimate import DataWarning, Determination, Estimate, settle
+from gimbal_hil.knowledge.identification.other_columns import stair_of
 from gimbal_hil.knowledge.identification.position_ripple import OverPosition
 
 #: a torque has few steps where its largest is fewer of them than this; its numbers are whole ones to this share of one
@@ -36,6 +37,8 @@ _ROUNDS = 5
 #: one
 _MEDIANS, _POINTED, _FEWEST_EXTREMES = (3, 5, 7, 9, 11, 15, 19, 25, 33, 41, 51), 0.6, 30
 _MEDIAN_TO_SIGMA = 1.4826
+#: a torque that bends by less than so many of its last digits from row to row may rest where it turns back
+_ROUGH = 3.0
 
 Ripples = tuple[OverPosition, ...]
 
@@ -80,10 +83,10 @@ def other_torques(motion: AxisMotion, ripples: Ripples) -> list[OtherTorque]:
 def with_room(offset: Estimate, torque: Vector) -> Estimate:
     """An offset beside a torque (n,) of few steps: it was rounded to them, or always down, or always up."""
     room = 0.5 * step_of(torque)
-    if room <= 0.0:
+    if room <= 0.0 or offset.verdict is Determination.NOT_IDENTIFIED:
         return offset
     interval = replace(offset.interval, low=offset.interval.low - room, high=offset.interval.high + room)
-    return settle(offset.name, offset.fitted, interval, offset.unit, offset.prior, offset.experiment)
+    return settle(offset.name, offset.fitted, interval, offset.unit, offset.prior, offset.experiment, offset.reason)
 
 
 def step_of(torque: Vector) -> float:
@@ -211,7 +214,8 @@ def _before_medians(motion: AxisMotion, ripples: Ripples, plain: ShiftedFit) -> 
     """
     from scipy.ndimage import median_filter
 
-    if step_of(motion.torque) > 0.0 or not _has_flat_extremes(motion.torque):
+    rounded_or_held = step_of(motion.torque) > 0.0 or stair_of(motion.torque) > 1.0
+    if rounded_or_held or not _has_flat_extremes(motion.torque):
         return []
 
     def median(rows: int, torque: Vector) -> Vector:
@@ -255,7 +259,10 @@ def _before(
 
 def _has_flat_extremes(torque: Vector) -> bool:
     """Whether a torque (n,) stays for a row or more where it turns back, as no measured one of fine steps does."""
-    steps = np.diff(torque)
+    levels, steps = np.unique(torque), np.diff(torque)
+    if len(levels) < 2 or np.mean(np.abs(np.diff(steps))) < _ROUGH * np.min(np.diff(levels)):
+        # so smooth beside its last digit that any column rests there
+        return False
     moving = steps[steps != 0.0]
     turns = np.count_nonzero(moving[1:] * moving[:-1] < 0.0)
     pointed = np.count_nonzero(steps[1:] * steps[:-1] < 0.0)

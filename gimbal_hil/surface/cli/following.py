@@ -245,14 +245,22 @@ def after_identify(
     return _experiment("survey", origin_of(runs), model, out.parent / "survey")
 
 
+#: what a position that seems to be in turns may have been said to be in
+_ANGLES = ("rad", "deg")
+
+
 def columns_in_turns(columns: Sequence[str], axes: Collection[str]) -> list[str]:
     """Words for `--column` with the positions of these axes in turns."""
     names = [f"{axis}.position" for axis in axes]
     said = [word for word in columns if word.partition("=")[0] not in names]
-    own = {word.partition("=")[0]: word.partition("=")[2].rpartition(":") for word in columns}
+    own = {word.partition("=")[0]: word.partition("=")[2] for word in columns}
     for name in names:
-        before, colon, unit = own.get(name, ("", "", name))
-        said.append(f"{name}={before if colon else unit}:turn")
+        source = own.get(name, name)
+        column, colon, unit = source.rpartition(":")
+        # a colon may belong to the column's own name
+        is_unit = bool(colon) and unit.removeprefix("-") in _ANGLES
+        mirrored = "-" if unit.startswith("-") else ""
+        said.append(f"{name}={column}:{mirrored}turn" if is_unit else f"{name}={source}:turn")
     return said
 
 

@@ -128,7 +128,13 @@ def _asker(yes: bool) -> Asker:
 
 def _described(folder: Path, told: AntennaOptions, ask: Asker) -> AntennaDescription:
     from firmware_protocol.errors import BadInputError
-    from gimbal_hil.surface.starting import AntennaDescription, parse_link, usual_boresight, usual_names
+    from gimbal_hil.surface.starting import (
+        AntennaDescription,
+        parse_link,
+        usual_boresight,
+        usual_names,
+        usual_tilt_deg,
+    )
     from sim_backend.boresight import Boresight
     from sim_backend.model import ModelKind
 
@@ -151,7 +157,9 @@ def _described(folder: Path, told: AntennaOptions, ask: Asker) -> AntennaDescrip
     if looks is None:
         raise BadInputError("--up", f"is {told.up!r}", "positive or negative")
     name, rate_hz = folder.absolute().name, told.rate or chosen.rate_hz
-    return AntennaDescription(name, what, sections, chosen, rate_hz, has_gyro, looks, _tilt(what, told.tilt, ask))
+    tilt_deg = _tilt(what, told.tilt, ask)
+    tilt_told = told.tilt is not None or tilt_deg != usual_tilt_deg(what)
+    return AntennaDescription(name, what, sections, chosen, rate_hz, has_gyro, looks, tilt_deg, tilt_told)
 
 
 def _tilt(kind: ModelKind, told: float | None, ask: Asker) -> float:

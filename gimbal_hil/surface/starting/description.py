@@ -110,6 +110,7 @@ class AntennaDescription:
     boresight: Boresight = Boresight.AHEAD
     #: of one axis alone: rotary, from the vertical (90: it lies level); linear, its slope
     tilt_deg: float = 0.0
+    tilt_told: bool = False
 
 
 def usual_boresight(axes: Sequence[AxisDescription]) -> Boresight:

@@ -45,7 +45,8 @@ def model_document(antenna: AntennaDescription) -> Document:
     return {
         "schema": 1,
         "name": antenna.name,
-        "text": f"Written by gimbal-hil init. Numbers whose source is '{ASSUMED}' stand in until they are measured.",
+        "text": f"Written by gimbal-hil init. Numbers whose source is '{ASSUMED}' stand in until they are measured."
+        + ("" if antenna.kind is ModelKind.GIMBAL or antenna.tilt_told else f" So does incline_sine ({ASSUMED})."),
         "kind": antenna.kind.value,
         **which_way,
         "axes": {axis.name: _model_axis(axis, linear, antenna, place) for place, axis in enumerate(antenna.axes)},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gimbal_hil.surface.starting.description import AntennaDescription
+from gimbal_hil.surface.starting.description import ASSUMED, STATED, AntennaDescription
 from sim_backend.model import ModelKind
 
 
@@ -89,7 +89,8 @@ def readme_text(antenna: AntennaDescription, folder: Path) -> str:
         lines.append("| `plan.yaml` | a first experiment of your own |")
     else:
         way = "tilt from the vertical" if antenna.kind is ModelKind.ROTARY else "slope"
-        lies = f"The axis has a {way} of {antenna.tilt_deg:g} degrees"
+        source = STATED if antenna.tilt_told else ASSUMED
+        lies = f"The axis has a {way} of {antenna.tilt_deg:g} degrees ({source})"
         lines += ["", f"{lies}, by which a weight acts (`incline_sine` is its sine); `init --tilt` says another."]
     lines += ["", "## First, without hardware" if not antenna.link.is_virtual else "## Next", ""]
     lines += _listed(first_commands(antenna, place))
