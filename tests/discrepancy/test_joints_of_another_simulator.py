@@ -20,7 +20,9 @@ def test_a_gain_is_not_three_numbers_that_are_off_alike(name: str, motion: str, 
 @pytest.mark.heavy
 def test_a_curve_over_position_takes_no_name_from_an_inertia(tmp_path: Path) -> None:
     said = worn.asked(tmp_path, "2-08", "inertia halved", "a ripple", "sines", 2008)
-    assert [(one["name"], one["status"]) for one in said["verdict"]["effects"]] == [("inertia", "named")]
+    named = {one["name"] for one in said["verdict"]["effects"] if one["status"] == "named"}
+    # the ripple is there too, of a twentieth of the torque: that it is found as well is no fault
+    assert "inertia" in named <= {"inertia", "cogging"}
     assert said["judged"] == "right"
 
 
