@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -146,57 +146,6 @@ def test_what_was_named_beside_a_curve_stays_so_while_data_show_it(now: dict[str
     found = deciding._as_before({SOUND.label: before}, told)
     assert found == (replace(before, standing=standing) if kept else told)
     assert deciding._as_before({}, told) == told
-
-
-@pytest.mark.parametrize(
-    ("gone", "now", "closed", "told"),
-    [
-        # a lag acts through torque, an inertia through acceleration: what the lag leaves is no part of it
-        ("actuator_lag", {}, 0.98, 0.96 * 0.98),
-        # what is left of the set closes a third of the gap
-        ("actuator_lag", {}, 1.0 / 3.0, 0.4),
-        ("structural_resonance", {}, 0.98, 0.4),
-        ("actuator_lag", {"silent": True}, 0.98, 0.4),
-    ],
-)
-def test_what_a_cause_that_is_gone_leaves_is_no_doubt_about_what_acts_through_others(
-    gone: str, now: dict[str, Any], closed: float, told: float
-) -> None:
-    inertia = replace(SOUND, label=("inertia", "outer"))
-    in_the_set = Told(inertia, Status.NAMED, (), 0.96, 0.96, shown=True)
-    fallen = replace(in_the_set, standing=replace(SOUND, label=(gone, "outer")))
-    kept = {} if deciding._acts_alike(in_the_set, fallen) else {inertia.label: in_the_set}
-    standing = replace(inertia, share=0.9, **now)
-    left = (Remainder(10.0, float(np.sqrt(1.0 + 99.0 * (1.0 - closed))), _NOTHING),)
-    alone = Told(standing, Status.AMBIGUOUS, (), 0.4, 0.4, shown=not now)
-    found = deciding._by_the_set(Policy(), kept, alone, left)
-    assert found.of_class == pytest.approx(told) and found.status is Status.AMBIGUOUS and found.standing is standing
-
-
-@pytest.mark.parametrize(
-    ("cause", "rival", "same", "plainer"),
-    [
-        ("cable_spring", "static_unbalance", True, True),
-        ("cable_spring", "static_unbalance", False, False),
-        # a spring contains an offset, and the search has weighed the two
-        ("cable_spring", "torque_offset", True, False),
-        ("static_unbalance", "cable_spring", True, False),
-    ],
-)
-def test_of_two_that_data_do_not_tell_apart_a_number_of_the_model_is_plainer(
-    cause: str, rival: str, same: bool, plainer: bool
-) -> None:
-    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=((rival, "outer"),)))
-    standing = replace(SOUND, label=(cause, "outer"))
-    assert deciding._is_plainer(Rival(state, ((rival, "outer"),), 0.0, 0.0, same=same), standing) is plainer
-
-
-def test_a_further_order_of_a_ripple_that_is_there_is_plainer_than_a_new_name() -> None:
-    ripple = ("cogging", "outer")
-    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=(ripple, ripple)))
-    further = Rival(state, (ripple,), 0.1, 1.0, same=False)
-    for cause, plainer in (("position_dependent_friction", True), ("static_unbalance", False)):
-        assert deciding._is_plainer(further, replace(SOUND, label=(cause, "outer"))) is plainer
 
 
 @pytest.mark.parametrize(("over", "doubted"), [(Ripple.TORQUE, True), (Ripple.FRICTION, False), (None, False)])
@@ -378,94 +327,3 @@ def test_orders_one_a_period_of_the_travel_are_a_series_and_no_ripple(
     twin = SimpleNamespace(model=SimpleNamespace(axes=("outer", "inner")), records=logs)
     inquiry: Any = SimpleNamespace(twin=twin)
     assert curve.orders_make_a_series(inquiry, state, tuple(range(len(orders)))) is series
-
-
-@dataclass(frozen=True)
-class _Asked:
-    families: tuple
-    policy: Policy = field(default_factory=Policy)
-    twin: None = None
-
-
-@pytest.mark.parametrize(("better", "names_stay"), [(True, True), (False, True), (True, False)])
-def test_where_a_cause_does_not_stand_further_orders_of_a_ripple_are_looked_for(
-    better: bool, names_stay: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    ripple, other = ("cogging", "outer"), ("quadratic_drag", "outer")
-    without = SimpleNamespace(hypothesis=SimpleNamespace(labels=(ripple,)))
-    families = tuple(SimpleNamespace(label=x, ripple=x == ripple or None) for x in (ripple, other))
-    asked = []
-    names = (ripple, ripple, ripple) if names_stay else (ripple, other)
-    longer = SimpleNamespace(state=SimpleNamespace(hypothesis=SimpleNamespace(labels=names)))
-    monkeypatch.setattr(deciding, "extended", lambda one, *rest: asked.append((one.families, rest[0])) or longer)
-    monkeypatch.setattr(deciding, "refitted", lambda *_: without)
-    monkeypatch.setattr(deciding, "clearly_better", lambda inquiry, new, old: better)
-    rest = SimpleNamespace(labels=(ripple,))
-    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(minus=lambda index: rest))
-    monkeypatch.setattr(deciding, "plainer_of", lambda *_: None)
-    found = deciding._left_out(_Asked(families), state, SOUND)
-    # other names are not looked for, none goes, and what explains no more than before is not taken
-    assert asked == [(families[:1], without)]
-    assert found is (longer.state if better and names_stay else without)
-
-
-@pytest.mark.parametrize("is_there", [False, True])
-def test_in_the_place_of_a_cause_that_falls_stands_the_plainer_one_that_it_contains(
-    is_there: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    labels = (("coulomb", "outer"), ("static_unbalance", "outer"))
-    families = tuple(SimpleNamespace(label=label, ripple=None, knobs=(1, 2, 3)) for label in labels)
-    asked: list[Any] = []
-    rest = SimpleNamespace(labels=labels if is_there else labels[:1])
-    rest.plus = lambda cause: asked.append(cause) or rest
-    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(minus=lambda index: rest))
-    monkeypatch.setattr(deciding, "plainer_of", lambda *_: "static_unbalance")
-    monkeypatch.setattr(deciding, "refitted", lambda *_: SimpleNamespace(hypothesis=rest))
-    deciding._left_out(_Asked(families), state, replace(SOUND, label=("cogging", "outer")))
-    assert [(one.family, one.x) for one in asked] == ([] if is_there else [(families[1], (0.0, 0.0, 0.0))])
-
-
-def test_where_no_ripple_is_left_nothing_is_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    without = SimpleNamespace(hypothesis=SimpleNamespace(labels=(("viscous", "outer"),)))
-    monkeypatch.setattr(deciding, "refitted", lambda *_: without)
-    monkeypatch.setattr(deciding, "extended", lambda *_: pytest.fail("nothing to look for"))
-    monkeypatch.setattr(deciding, "plainer_of", lambda *_: None)
-    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(minus=lambda index: SimpleNamespace(labels=())))
-    families = (SimpleNamespace(label=("cogging", "outer"), ripple=True),)
-    asked: Any = _Asked(families)
-    assert deciding._left_out(asked, state, SOUND) is without
-
-
-def test_of_causes_that_do_not_stand_the_least_probable_goes_first_however_few_numbers_it_has(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    # an unbalance of three numbers is nearly sure; of the two others, which need it, the friction is the less probable
-    unbalance, viscous, load = ((name, "joint") for name in ("static_unbalance", "viscous", "load_dependent_friction"))
-    sureness = {unbalance: 2.0, viscous: 1.8, load: 1.0}
-
-    def of(*labels: tuple[str, str]) -> Any:
-        return SimpleNamespace(hypothesis=SimpleNamespace(labels=labels, causes=labels), untouched=np.ones((4, 1)))
-
-    def standings(inquiry: Any, stated: Any, null: Any, state: Any, path: Any, left: Any) -> tuple[Standing, ...]:
-        alone = len(state.hypothesis.labels) == 2
-        return tuple(
-            replace(SOUND, entries=(k,), label=label, sure=9.0 if alone else sureness[label])
-            for k, label in enumerate(state.hypothesis.labels)
-        )
-
-    gone = []
-
-    def left_out(inquiry: Any, state: Any, fallen: Standing) -> Any:
-        gone.append(fallen.label)
-        return of(*(label for label in state.hypothesis.labels if label != fallen.label))
-
-    monkeypatch.setattr(deciding, "standings", standings)
-    monkeypatch.setattr(deciding, "_left_out", left_out)
-    monkeypatch.setattr(deciding, "remainders", lambda *_: (Remainder(7.0, 1.4, Predictable(0.9, 0.0)),))
-    for name in ("settled", "given_back"):
-        monkeypatch.setattr(deciding, name, lambda inquiry, state: state)
-    monkeypatch.setattr(deciding, "_leaves_a_gap", lambda *_: True)
-    inquiry: Any = SimpleNamespace(policy=Policy(), families=range(30))
-    found = deciding.decide(inquiry, of(), of(), SimpleNamespace(state=of(unbalance, viscous, load)), False, False)  # type: ignore[arg-type]
-    assert gone == [load]
-    assert [one.standing.label for one in found.told] == [unbalance, viscous] and found.kind is deciding.Kind.NAMED

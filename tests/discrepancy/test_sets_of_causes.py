@@ -1,0 +1,180 @@
+"""Of causes that a search found together those that do not stand go one at a time; what that says of the others."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gimbal_hil.knowledge.discrepancy.inquiry.policy import Policy
+from gimbal_hil.knowledge.discrepancy.judgement import deciding
+from gimbal_hil.knowledge.discrepancy.judgement.deciding import Decision, Kind, Status, Told
+from gimbal_hil.knowledge.discrepancy.judgement.exhaustion import Predictable
+from gimbal_hil.knowledge.discrepancy.judgement.judging import Remainder, Standing
+from gimbal_hil.knowledge.discrepancy.judgement.rivals import Rival
+from tests.discrepancy.test_deciding import SOUND
+
+Label = tuple[str, str]
+
+
+def a_state(*labels: Label) -> Any:
+    return SimpleNamespace(hypothesis=SimpleNamespace(labels=labels, causes=labels), untouched=np.ones((4, 1)))
+
+
+def decided(monkeypatch: pytest.MonkeyPatch, found: Any, left: Remainder) -> tuple[Decision, list[Label]]:
+    """What is told of a state that a search found, whose fits all leave as much, and which causes went, in order."""
+    gone = []
+
+    def left_out(inquiry: Any, state: Any, fallen: Standing) -> Any:
+        gone.append(fallen.label)
+        return a_state(*(label for label in state.hypothesis.labels if label != fallen.label))
+
+    monkeypatch.setattr(deciding, "_left_out", left_out)
+    monkeypatch.setattr(deciding, "remainders", lambda *_: (left,))
+    for name in ("settled", "given_back"):
+        monkeypatch.setattr(deciding, name, lambda inquiry, state: state)
+    monkeypatch.setattr(deciding, "_leaves_a_gap", lambda *_: True)
+    monkeypatch.setattr(deciding, "_only_noise", lambda *_: False)
+    monkeypatch.setattr(deciding, "depends_on", lambda *_: None)
+    inquiry: Any = SimpleNamespace(policy=Policy(), families=range(30))
+    path: Any = SimpleNamespace(state=found)
+    return deciding.decide(inquiry, a_state(), a_state(), path, False, False), gone
+
+
+@pytest.mark.parametrize(
+    ("gone", "silent", "closed", "stays"),
+    [
+        # a lag acts through torque, an inertia through acceleration: what the lag leaves is no part of it
+        ("actuator_lag", False, 0.98, True),
+        # what is left of the set closes a third of the gap
+        ("actuator_lag", False, 1.0 / 3.0, False),
+        ("structural_resonance", False, 0.98, False),
+        ("actuator_lag", True, 0.98, False),
+    ],
+)
+def test_what_a_cause_that_is_gone_leaves_is_no_doubt_about_what_acts_through_others(
+    gone: str, silent: bool, closed: float, stays: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inertia, other = ("inertia", "outer"), (gone, "outer")
+
+    def standings(inquiry: Any, stated: Any, null: Any, state: Any, path: Any, left: Any) -> tuple[Standing, ...]:
+        return tuple(replace(SOUND, entries=(k,), label=one) for k, one in enumerate(state.hypothesis.labels))
+
+    def told(inquiry: Any, standing: Standing, found: Any, left: Any, suspected_only: bool) -> Told:
+        probable = (0.96 if len(found) == 2 else 0.4) if standing.label == inertia else 0.2
+        return Told(standing, Status.NAMED, (), probable, probable, shown=len(found) == 2 or not silent)
+
+    monkeypatch.setattr(deciding, "standings", standings)
+    monkeypatch.setattr(deciding, "_told", told)
+    left = Remainder(10.0, float(np.sqrt(1.0 + 99.0 * (1.0 - closed))), Predictable(0.0, 0.0))
+    found, went = decided(monkeypatch, a_state(inertia, other), left)
+    assert went == ([other] if stays else [other, inertia])
+    assert [one.standing.label for one in found.told] == ([inertia] if stays else [])
+    assert found.kind is (Kind.AMBIGUOUS if stays else Kind.UNEXPLAINED)
+    if stays:
+        assert found.told[0].of_class == pytest.approx(0.96 * closed)
+
+
+@pytest.mark.parametrize(
+    ("cause", "rival", "same", "plainer"),
+    [
+        ("cable_spring", "static_unbalance", True, True),
+        ("cable_spring", "static_unbalance", False, False),
+        # a spring contains an offset, and the search has weighed the two
+        ("cable_spring", "torque_offset", True, False),
+        ("static_unbalance", "cable_spring", True, False),
+    ],
+)
+def test_of_two_that_data_do_not_tell_apart_a_number_of_the_model_is_plainer(
+    cause: str, rival: str, same: bool, plainer: bool
+) -> None:
+    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=((rival, "outer"),)))
+    standing = replace(SOUND, label=(cause, "outer"))
+    assert deciding._is_plainer(Rival(state, ((rival, "outer"),), 0.0, 0.0, same=same), standing) is plainer
+
+
+def test_a_further_order_of_a_ripple_that_is_there_is_plainer_than_a_new_name() -> None:
+    ripple = ("cogging", "outer")
+    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=(ripple, ripple)))
+    further = Rival(state, (ripple,), 0.1, 1.0, same=False)
+    for cause, plainer in (("position_dependent_friction", True), ("static_unbalance", False)):
+        assert deciding._is_plainer(further, replace(SOUND, label=(cause, "outer"))) is plainer
+
+
+@dataclass(frozen=True)
+class _Asked:
+    families: tuple
+    policy: Policy = field(default_factory=Policy)
+    twin: None = None
+
+
+@pytest.mark.parametrize(("better", "names_stay"), [(True, True), (False, True), (True, False)])
+def test_where_a_cause_does_not_stand_further_orders_of_a_ripple_are_looked_for(
+    better: bool, names_stay: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ripple, other = ("cogging", "outer"), ("quadratic_drag", "outer")
+    without = SimpleNamespace(hypothesis=SimpleNamespace(labels=(ripple,)))
+    families = tuple(SimpleNamespace(label=x, ripple=x == ripple or None) for x in (ripple, other))
+    asked = []
+    names = (ripple, ripple, ripple) if names_stay else (ripple, other)
+    longer = SimpleNamespace(state=SimpleNamespace(hypothesis=SimpleNamespace(labels=names)))
+    monkeypatch.setattr(deciding, "extended", lambda one, *rest: asked.append((one.families, rest[0])) or longer)
+    monkeypatch.setattr(deciding, "refitted", lambda *_: without)
+    monkeypatch.setattr(deciding, "clearly_better", lambda inquiry, new, old: better)
+    rest = SimpleNamespace(labels=(ripple,))
+    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(minus=lambda index: rest))
+    monkeypatch.setattr(deciding, "plainer_of", lambda *_: None)
+    found = deciding._left_out(_Asked(families), state, SOUND)
+    # other names are not looked for, none goes, and what explains no more than before is not taken
+    assert asked == [(families[:1], without)]
+    assert found is (longer.state if better and names_stay else without)
+
+
+@pytest.mark.parametrize("is_there", [False, True])
+def test_in_the_place_of_a_cause_that_falls_stands_the_plainer_one_that_it_contains(
+    is_there: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    labels = (("coulomb", "outer"), ("static_unbalance", "outer"))
+    families = tuple(SimpleNamespace(label=label, ripple=None, knobs=(1, 2, 3)) for label in labels)
+    asked: list[Any] = []
+    rest = SimpleNamespace(labels=labels if is_there else labels[:1])
+    rest.plus = lambda cause: asked.append(cause) or rest
+    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(minus=lambda index: rest))
+    monkeypatch.setattr(deciding, "plainer_of", lambda *_: "static_unbalance")
+    monkeypatch.setattr(deciding, "refitted", lambda *_: SimpleNamespace(hypothesis=rest))
+    deciding._left_out(_Asked(families), state, replace(SOUND, label=("cogging", "outer")))
+    assert [(one.family, one.x) for one in asked] == ([] if is_there else [(families[1], (0.0, 0.0, 0.0))])
+
+
+def test_where_no_ripple_is_left_nothing_is_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    without = SimpleNamespace(hypothesis=SimpleNamespace(labels=(("viscous", "outer"),)))
+    monkeypatch.setattr(deciding, "refitted", lambda *_: without)
+    monkeypatch.setattr(deciding, "extended", lambda *_: pytest.fail("nothing to look for"))
+    monkeypatch.setattr(deciding, "plainer_of", lambda *_: None)
+    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(minus=lambda index: SimpleNamespace(labels=())))
+    families = (SimpleNamespace(label=("cogging", "outer"), ripple=True),)
+    asked: Any = _Asked(families)
+    assert deciding._left_out(asked, state, SOUND) is without
+
+
+def test_of_causes_that_do_not_stand_the_least_probable_goes_first_however_few_numbers_it_has(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # an unbalance of three numbers is nearly sure; of the two others, which need it, the friction is the less probable
+    unbalance, viscous, load = ((name, "joint") for name in ("static_unbalance", "viscous", "load_dependent_friction"))
+    sureness = {unbalance: 2.0, viscous: 1.8, load: 1.0}
+
+    def standings(inquiry: Any, stated: Any, null: Any, state: Any, path: Any, left: Any) -> tuple[Standing, ...]:
+        alone = len(state.hypothesis.labels) == 2
+        return tuple(
+            replace(SOUND, entries=(k,), label=label, sure=9.0 if alone else sureness[label])
+            for k, label in enumerate(state.hypothesis.labels)
+        )
+
+    monkeypatch.setattr(deciding, "standings", standings)
+    found, gone = decided(monkeypatch, a_state(unbalance, viscous, load), Remainder(7.0, 1.4, Predictable(0.9, 0.0)))
+    assert gone == [load]
+    assert [one.standing.label for one in found.told] == [unbalance, viscous] and found.kind is Kind.NAMED
