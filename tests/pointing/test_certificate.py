@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.loop.settings import shipped_settings
-from gimbal_hil.pages.report import Table
+from gimbal_hil.pages.report import Callout, Table
 from gimbal_hil.pointing.certifying import (
     FLOWN_FILE,
     Certificate,
@@ -227,6 +227,12 @@ def test_a_certificate_that_is_not_kept_says_which_flight() -> None:
     broken = Certificate(found.task, worse, 1, 0.0)
     assert found.keeps and not broken.keeps and [one.seed for one in broken.late] == [1]
     assert "no excursion beyond 0.5 degrees in 2 flights" in summary(found)
+    # by Clopper and Pearson 72 good flights of 72 show 95 % of them at 95 %, 71 do not
+    many = [replace(found, flights=found.flights[:1] * count) for count in (71, 72)]
+    assert [one.is_shown for one in (found, *many, broken)] == [False, False, True, False]
+    said = [next(b for b in certificate_blocks(one) if isinstance(b, Callout)) for one in (many[1], found, broken)]
+    assert [one.tone for one in said] == ["good", "warning", "bad"]
+    assert "so few flights only show that at least 15.811 % of flights keep it" in summary(found)
     one = replace(found.flights[1], excursions=1)
     assert "the one excursion beyond 0.5 degrees in 2 flights was muted" in summary(
         Certificate(found.task, (found.flights[0], one), 1, 0.0)

@@ -22,7 +22,7 @@ from gimbal_hil.knowledge.improvement.journal import (
     Stopped,
 )
 from gimbal_hil.knowledge.improvement.motion import MADE
-from gimbal_hil.knowledge.improvement.task import Ending
+from gimbal_hil.knowledge.improvement.task import Ending, leaves_unjudged
 from gimbal_hil.pages.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles, counted
 from sim_backend.model import AntennaModel, load_model
 
@@ -71,7 +71,8 @@ def _conclusion(end: Ended | Stopped | None, rounds: Sequence[Diagnosed]) -> Cal
     if isinstance(end, Ended):
         taken = next((one for one in reversed(rounds) if one.model is not None and one.effects), None)
         added = "\n".join(f"{headline(effect)}." for effect in taken.effects) if taken is not None else ""
-        tone = "good" if end.ending == Ending.AT_THE_FLOOR.word else "warning"
+        judged = end.ending == Ending.AT_THE_FLOOR.word and not (rounds and leaves_unjudged(rounds[-1]))
+        tone = "good" if judged else "warning"
         return Callout(added, tone, end.text) if added and tone == "good" else Callout(end.text, tone)
     return Callout(
         f"Stopped before its end: {end.reason if end else 'the log goes no further'}. --resume goes on from here.",

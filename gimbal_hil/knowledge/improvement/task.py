@@ -8,6 +8,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
+from gimbal_hil.knowledge.discrepancy import Kind
 from gimbal_hil.knowledge.experiments.sequences import SURVEY_S
 from gimbal_hil.knowledge.improvement.budgets import Budgets
 from gimbal_hil.knowledge.improvement.journal import Diagnosed
@@ -85,10 +86,16 @@ def ending_text(ending: Ending, diagnoses: Sequence[Diagnosed], left: str) -> st
     said = ending.value[0].upper() + ending.value[1:]
     if ending is Ending.AT_THE_FLOOR and worst is not None:
         said = f"{said}: its largest gap is {worst:.2f} floors on a motion that it had not seen."
-        return " ".join([said, *(one.remark for one in diagnoses if one.remark)])
+        unjudged = [diagnoses[-1].text] if leaves_unjudged(diagnoses[-1]) else []
+        return " ".join([said, *unjudged, *(one.remark for one in diagnoses if one.remark)])
     if ending is Ending.TIME_USED_UP:
         return f"{said}: {left or 'the next experiment does not fit'}."
     return f"{said}. {diagnoses[-1].remark or diagnoses[-1].text}"
+
+
+def leaves_unjudged(diagnosed: Diagnosed) -> bool:
+    """Whether a diagnosis finds no gap, but says that its logs would not have shown large errors of some numbers."""
+    return diagnosed.verdict == Kind.CANNOT_JUDGE.value
 
 
 def worst_gap(diagnosed: Diagnosed, key: str = "before") -> float:

@@ -70,6 +70,13 @@ class Certificate:
         """Whether it acquired in all flights and muted in time in all."""
         return not self.late and self.acquired.value == 1.0
 
+    @property
+    def is_shown(self) -> bool:
+        """Whether that many flights show it: flights that mute in time are no fewer than this share, at this
+        confidence.
+        """
+        return self.keeps and self.muted_in_time.low >= CONFIDENCE
+
     def quantile_rad(self, share: float) -> float:
         """Error that was not exceeded in that share of the time of transmission; upper end of its step."""
         time_s = np.sum([one.histogram for one in self.flights], axis=0)

@@ -89,6 +89,8 @@ def summary(found: Certificate) -> str:
     if late:
         muted = f"in {len(late)} of {flights} flights an excursion {beyond} was not {in_time}"
         muted += f", the slowest {late[0].slowest_mute_s:.2f} s (seed {late[0].seed})"
+    if found.keeps and not found.is_shown:
+        muted += f"; so few flights only show that at least {_percent(found.muted_in_time.low)} of flights keep it"
     return (
         f"Within {math.degrees(need.within_rad):g} degrees in {_share(found.within)} of the time of transmission, "
         f"which was {_share(found.transmitting)} of the time since the acquisition; {muted}."
@@ -109,7 +111,7 @@ def certificate_blocks(found: Certificate) -> list[Block]:
     limits = f"{math.degrees(need.within_rad):g}°"
     largest = math.degrees(max(one.worst_rad for one in flights))
     return [
-        Callout(summary(found), "good" if found.keeps else "bad"),
+        Callout(summary(found), "good" if found.is_shown else "warning" if found.keeps else "bad"),
         Tiles(
             [
                 (_percent(found.within.value), f"of transmission within {limits}"),
