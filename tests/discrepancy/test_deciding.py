@@ -24,7 +24,7 @@ _NOTHING = Predictable(0.0, 0.0)
 #: a cause that takes nearly all of a gap of ten floors
 SOUND = Standing(
     (0,), ("cable_spring", "outer"), Paired(90.0, 0.9, 0.1, 40), 12.0, 0.95, 0.0, (), _NOTHING, (), False, 0, 90.0,
-    np.array([90.0]), False, 0.0, 0.02, 1.0,
+    np.array([90.0]), True, False, 0.0, 0.02, 1.0,
 )  # fmt: skip
 
 
@@ -41,6 +41,8 @@ def test_a_cause_that_leaves_noise_is_nearly_sure() -> None:
     [
         ({"sure": 1.0}, Remainder(10.0, 1.0, _NOTHING)),
         ({"any_curve": True}, Remainder(10.0, 1.0, _NOTHING)),
+        # the model leaves no gap where it acts
+        ({"explains": False}, Remainder(1.3, 1.0, _NOTHING)),
         # its own variables still predict what is left
         ({"exhausted": Predictable(0.8, 0.0)}, Remainder(10.0, 3.0, _NOTHING)),
         # others predict four fifths of what is left, and that is half of what it takes

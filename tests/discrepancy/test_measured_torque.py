@@ -61,7 +61,7 @@ def test_what_the_measured_torque_rules_out_gives_its_place_to_the_alternative_a
     nothing = Predictable(0.0, 0.0)
     standing = Standing(
         (0,), ("backlash", "inner"), Paired(90.0, 0.9, 0.1, 40), 12.0, 0.95, 0.0, (), nothing, ("gap",), False, 0, 90.0,
-        np.array([90.0]), False, 0.0, 0.02, 1.0,
+        np.array([90.0]), True, False, 0.0, 0.02, 1.0,
     )  # fmt: skip
     rival = Rival(other, (("viscous", "inner"),), 0.0, 0.0, same=True)  # type: ignore[arg-type]
     told = Told(standing, Status.AMBIGUOUS, (rival,), 0.32, 0.96, shown=False)

@@ -349,15 +349,16 @@ def class_probability(
 ) -> float:
     """Probability that the cause, or one that this data cannot tell from it, is there.
 
-    Nine things speak against it: what it takes may be chance; any curve over position takes as much; its own variables
-    still predict what is left; its strength is another from stretch to stretch; beside everything else it may as well
-    have none; it does many times what was there, and others undo it; others predict so much of what is left that the
-    cause may be a part of theirs, or what is not known takes as many squares of its channel (`unknown`); many times
-    what it takes is left that nothing predicts, or most of what was there; and it took little.
+    Ten things speak against it: where it acts the model leaves no gap; what it takes may be chance; any curve over
+    position takes as much; its own variables still predict what is left; its strength is another from stretch to
+    stretch; beside everything else it may as well have none; it does many times what was there, and others undo it;
+    others predict so much of what is left that the cause may be a part of theirs, or what is not known takes as many
+    squares of its channel (`unknown`); many times what it takes is left that nothing predicts, or most of what was
+    there; and it took little.
     """
     from scipy.stats import norm
 
-    if standing.any_curve:
+    if standing.any_curve or not standing.explains:
         return 0.0
     # that the best of so many candidates does not do so well by chance (Sidak)
     evident = float(norm.cdf(standing.sure)) ** candidates

@@ -26,6 +26,7 @@ from gimbal_hil.knowledge.discrepancy.inquiry import (
     surely_less,
 )
 from gimbal_hil.knowledge.discrepancy.judgement.exhaustion import Predictable, predictable
+from gimbal_hil.knowledge.discrepancy.judgement.gap import channels_with_a_gap
 from gimbal_hil.knowledge.discrepancy.judgement.intervals import strength_error
 from gimbal_hil.knowledge.discrepancy.judgement.rivals import Rival, rivals_of
 from gimbal_hil.knowledge.discrepancy.judgement.steadiness import unevenness
@@ -63,6 +64,8 @@ class Standing:
     taken: float
     #: the same of each channel, of all data
     takes: Floats
+    #: what it takes is of a channel on which the model leaves a gap: elsewhere there is nothing to explain
+    explains: bool
     #: a smooth curve of torque over position with as many numbers leaves no more of the hold-out
     any_curve: bool
     #: by how much its strength differs from stretch to stretch, beyond chance, as a share of it
@@ -135,6 +138,7 @@ def _standing(
     bare = refitted(inquiry, state, rest, rounds=0)
     # of a number that is off, the same number within its uncertainty took a part before
     there = stated if CATALOGUE[label[0]].is_number else null
+    least = inquiry.policy.least_squares
     return Standing(
         entries, label, late, surely_less(inquiry, without, state),
         float(taken[channel] / max(squares_of(without)[channel], 1e-300)), control_share(inquiry, without, lead),
@@ -142,6 +146,7 @@ def _standing(
         predictable(inquiry, state, channel, _own_variables(label[0])),
         _at_bound(inquiry, state, entries), _unseen(inquiry, state, bare), channel,
         float(np.sum(mean_squares(without.held_out()) - mean_squares(state.held_out()))), taken,
+        bool(np.any(taken[channels_with_a_gap(inquiry, null.fitted, inquiry.in_order(null))] >= least)),
         _any_curve(inquiry, without, state, entries), unevenness(inquiry, bare, state, channel),
         min(strength_error(inquiry, state, i) for i in entries),
         float((rms(_rows(bare) - _rows(state)) / np.maximum(rms(_rows(there)), 1.0))[channel]),
