@@ -106,6 +106,31 @@ def test_a_torque_of_nothing_in_many_single_rows_is_refused_whatever_is_repaired
         asked(tmp_path, text)
 
 
+def test_torques_of_the_other_sign_in_single_rows_are_all_made_up_small_ones_and_those_of_turns_too(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "model.yaml").write_text(MODEL)
+    flipped = np.random.default_rng(21).random(ROWS) < 0.008
+    table = asked(tmp_path, LOG.but(torque=np.where(flipped, -LOG.torque, LOG.torque)).text(), repair=True)
+    off = np.abs(table.torque("joint") - LOG.torque)[flipped]
+    large = np.abs(LOG.torque[flipped]) > 0.1
+    assert np.count_nonzero(large) > 30 and np.count_nonzero(off[large] > 0.05) <= 2
+
+
+def test_pulses_that_did_nothing_are_refused_in_however_many_rows(tmp_path: Path) -> None:
+    (tmp_path / "model.yaml").write_text(MODEL)
+    pulses = 0.4 * (np.random.default_rng(22).random(ROWS) < 0.04)
+    for repair in (False, True):
+        with pytest.raises(BadInputError, match=r"joint\.torque, .* did nothing to the motion \(\d{3} rows in all\)"):
+            asked(tmp_path, LOG.but(torque=LOG.torque + pulses).text(), repair=repair)
+
+
+def test_a_torque_that_is_not_counted_from_zero_is_refused_with_how_much_it_is_off(tmp_path: Path) -> None:
+    (tmp_path / "model.yaml").write_text(MODEL)
+    with pytest.raises(BadInputError, match=r"line 2: joint\.torque, .* not counted from zero .* about 4\.\d+ less"):
+        asked(tmp_path, LOG.but(torque=LOG.torque + 4.1).text(), repair=True)
+
+
 def test_no_wrap_is_proposed_for_jumps_of_many_sizes_and_a_turn_for_an_angle_that_was_filtered_over_it(
     tmp_path: Path,
 ) -> None:

@@ -54,6 +54,17 @@ def test_of_the_rates_that_stamps_allow_the_roundest_is_taken_or_the_stated_one(
     assert read(tmp_path, text, rate_hz=499.99).period_s == pytest.approx(1.0 / 499.99, rel=1e-9)
 
 
+@pytest.mark.parametrize(("start_s", "digits", "told"), [(0.0, 3, True), (8.0, 4, False), (95.0, 5, True)])
+def test_times_of_so_many_digits_that_lose_one_at_each_power_of_ten_are_counted(
+    tmp_path: Path, start_s: float, digits: int, told: bool
+) -> None:
+    text = at_times(start_s + LOG.time, f".{digits}g")
+    with pytest.raises(BadInputError, match=r"--rate 500 counts the rows" if told else "too few digits"):
+        read(tmp_path, text)
+    table = read(tmp_path, text, rate_hz=500.0)
+    assert len(table) == ROWS and table.period_s == pytest.approx(0.002, rel=1e-9)
+
+
 def test_days_with_few_digits_are_asked_for_their_unit_and_then_read(tmp_path: Path) -> None:
     text = at_times(LOG.time / 86400.0, ".7f")
     with pytest.raises(BadInputError, match=r"--column time_s=COLUMN:UNIT \(they are read as seconds\)"):

@@ -316,3 +316,8 @@ def test_dates_that_begin_with_the_year_have_their_month_next() -> None:
     """However close together days of another order would lie."""
     found = seconds_of([f"2026-{month:02d}-01" for month in range(1, 5)])
     assert found is not None and found.tolist() == [0.0, 31 * 86400.0, 59 * 86400.0, 90 * 86400.0]
+
+
+def test_a_clock_that_is_put_back_within_a_log_goes_on_where_its_zone_is_written() -> None:
+    found = seconds_of(["2026-10-25 02:59:59.5+02:00", "2026-10-25 02:00:00+0100", "2026-10-25T01:00:00.5Z"])
+    assert found is not None and found.tolist() == [0.0, 0.5, 1.0]

@@ -24,6 +24,7 @@ class ColumnFault(Enum):
     JUMP = "jump"
     STILL = "still"
     UNSIGNED = "unsigned"
+    ZERO = "zero"
 
 
 @dataclass(frozen=True)

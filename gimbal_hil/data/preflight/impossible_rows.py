@@ -113,6 +113,9 @@ def _said(table: SignalsTable, one: Impossible) -> str:
 def _remedy(model: AntennaModel, table: SignalsTable, one: Impossible, rows: int) -> str:
     if one.fault is ColumnFault.STILL:
         return "a column that is refreshed, within its range, and a joint that is at no stop; else the log cut there"
+    if one.fault is ColumnFault.ZERO:
+        middle = float(np.mean(table.columns[one.column]))
+        return f"a torque or current that is zero where the drive gives none, here about {middle:.3g} less"
     if not one.can_be_made_up:
         stated = stated_wrap(model, table, one)
         if stated:

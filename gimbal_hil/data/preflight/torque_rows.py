@@ -56,6 +56,9 @@ def impossible_torques(model: AntennaModel, table: SignalsTable, axis: str) -> I
     elif (rows := _tops(torque, most)) is not None:
         what = f"is never negative and jumps to the top of its range, {_UNSIGNED}"
         yield Impossible(column, rows, what, ColumnFault.UNSIGNED)
+    elif limit > 0.0 and (torque.min() >= 0.0 or torque.max() <= 0.0) and float(np.median(np.abs(torque))) > limit:
+        what = "beyond the actuator and never of the other sign, as numbers are that are not counted from zero"
+        yield Impossible(column, tuple(np.flatnonzero(np.abs(torque) > limit).tolist()), what, ColumnFault.ZERO)
     else:
         yield from _not_given(model, table, axis, torque, _jumped(torque, beyond, size) if limit > 0.0 else beyond)
 
@@ -72,7 +75,7 @@ def _not_given(
         if len(marks := _marks(torque, without)):
             what = "which did nothing to the motion, the same in many single rows: it marks reads that failed"
             yield Impossible(column, tuple(marks.tolist()), what)
-        elif 0 < len(without) <= few:
+        elif len(without):
             yield Impossible(column, tuple(without.tolist()), "which did nothing to the motion")
         else:
             yield from held_torques(model, table, axis)
@@ -131,19 +134,20 @@ def _unanswered(model: AntennaModel, table: SignalsTable, axis: str, torque: Flo
     answers = changes[rows[:, None] + 1 + np.arange(_LATE_ROWS + 1)] * np.sign(asked)[:, None]
     large = np.abs(off[rows]) > _OF_ALL * float(np.quantile(np.abs(torque), _ALMOST_ALL))
     seen = _ANSWERED * np.abs(asked)
-    alone = rows[large & (seen > _SEEN * noise) & (np.max(answers, axis=1) < seen)]
-    if len(alone):
-        return np.asarray(alone)
+    alone = large & (seen > _SEEN * noise) & (np.max(answers, axis=1) < seen)
     # a joint that sticks answers nothing, one that turns back changes its friction, and a single row is no motion's
     before, after = position[rows] - position[rows - reach], position[rows + reach] - position[rows]
-    slides = (np.minimum(np.abs(before), np.abs(after)) > _SLIDES * step) & (before * after > 0.0)
-    slides &= np.maximum(np.abs(off[rows - 1]), np.abs(off[rows + 1])) < _ALONE * np.abs(off[rows])
+    single = np.maximum(np.abs(off[rows - 1]), np.abs(off[rows + 1])) < _ALONE * np.abs(off[rows])
+    slides = single & (np.minimum(np.abs(before), np.abs(after)) > _SLIDES * step) & (before * after > 0.0) & ~alone
     weights = np.abs(asked[slides])
     squares = float(np.sum(weights**2))
     share = np.max(weights @ answers[slides], initial=0.0) / max(squares, 1e-300)
     # each torque by itself may be lost in the noise, and all of them together not
     together = _ANSWERED * np.sqrt(squares) > _SEEN * noise and share < _ANSWERED
-    return np.asarray(rows[slides] if together else rows[:0])
+    unanswered = alone | slides if together else alone
+    # then those as large are none either, at which the joint turned back
+    like = single & (np.abs(off[rows]) >= np.min(np.abs(off[rows[unanswered]]), initial=np.inf))
+    return np.asarray(rows[unanswered | like])
 
 
 def _marks(torque: Floats, without: NDArray[np.int64]) -> NDArray[np.int64]:

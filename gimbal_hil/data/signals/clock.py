@@ -147,27 +147,46 @@ def _counted(time_s: NDArray[np.float64], stated_s: float | None) -> NDArray[np.
     if len(stamps) < _FEWEST_STAMPS:
         return None
     places = np.arange(len(time_s), dtype=np.float64)
-    slope, start = np.polyfit(places, time_s - time_s[0], 1)
+    resolutions = _resolutions(time_s, stamps)
+    slope, start = np.polyfit(places, time_s - time_s[0], 1, w=1.0 / resolutions)
     off = time_s - time_s[0] - (start + slope * places)
-    steps = np.diff(stamps)
-    # of stamps that all differ the resolution is what their steps differ by
-    resolution = float(np.ptp(steps)) if len(stamps) == len(time_s) else float(np.median(steps))
-    if float(np.ptp(off)) > _STRAIGHT * resolution or slope <= 0.0:
+    if float(np.ptp(off / resolutions)) > _STRAIGHT or slope <= 0.0:
         return None
-    # a stamp changes within one row, so that between two changes the period is known to a row over all between
+    # a stamp changes within one row, so that between two changes the period is known to a row over all between, and to
+    # what rounding does at either of them
     first, last = np.flatnonzero(np.diff(time_s) > 0.0)[[0, -1]] + 1
     spanned, between = float(time_s[last] - time_s[first]), int(last - first)
-    low, high = spanned / (between + 1), spanned / (between - 1)
+    resolution, unlike = float(resolutions[last]), 0.5 * float(resolutions[last] - resolutions[first])
+    low, high = (spanned - unlike) / (between + 1), (spanned + unlike) / (between - 1)
     if len(stamps) == len(time_s):
         # no row is where a stamp changes: both ends are known to the resolution
         low, high = (spanned - resolution) / between, (spanned + resolution) / between
-    whole = resolution / max(1, round(resolution * between / spanned))
     if stated_s is not None and low <= stated_s <= high:
         slope = stated_s
     else:
-        # a whole number of rows to a stamp, or a rate or a period that is written short
-        slope = whole if low <= whole <= high else _roundest(low, high)
+        # a whole number of rows to a stamp, if only one will do, or a rate or a period that is written short
+        least, most = np.ceil(resolution / high), np.floor(resolution / low)
+        slope = resolution / most if least == most > 0 else _roundest(low, high)
     return np.asarray(slope * places)
+
+
+def _resolutions(time_s: NDArray[np.float64], stamps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What stamps differ by at each row, (n,). Times of so many digits have one less behind the point from each power
+    of ten on; where few stamps have that many, it is as with one more.
+    """
+    steps = np.diff(stamps)
+    if len(stamps) == len(time_s):
+        # of stamps that all differ it is what their steps differ by
+        return np.full(len(time_s), float(np.ptp(steps)))
+    powers = np.floor(np.log10(np.maximum(np.abs(stamps[1:]), 1e-9)))
+    known, by_power = float(np.median(steps)), {}
+    for power in np.unique(powers)[::-1]:
+        own = steps[powers == power]
+        known = by_power[power] = float(np.median(own)) if len(own) >= _FEWEST_STAMPS else known
+    found, starts = np.empty(len(time_s)), np.searchsorted(time_s, stamps[1:])
+    for power, resolution in sorted(by_power.items(), key=lambda one: starts[powers == one[0]].min()):
+        found[starts[powers == power].min() if power != powers[0] else 0 :] = resolution
+    return found
 
 
 def _roundest(low_s: float, high_s: float) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from gimbal_hil.data.tables.raw import EMPTY_WORDS, Floats
 
 _CLOCK = r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2}(?:[.,:]\d+)?))?(?:\s*(?P<half>[AaPp])\.?\s?[Mm]\.?)?"
-_ZONE = r"\s*(?:Z|UTC|[+-]\d{2}:?\d{2})?"
+_ZONE = r"\s*(?:Z|UTC|(?P<east>[+-])(?P<zh>\d{2}):?(?P<zm>\d{2}))?"
 _YEAR_FIRST = re.compile(rf"(?P<y>\d{{4}})[-/.](?P<mo>\d{{1,2}})[-/.](?P<d>\d{{1,2}})(?:[T ]\s*{_CLOCK})?{_ZONE}")
 _YEAR_LAST = re.compile(rf"(?P<d>\d{{1,2}})[./](?P<mo>\d{{1,2}})[./](?P<y>\d{{4}})(?:[T ,]\s*{_CLOCK})?{_ZONE}")
 _SPAN = re.compile(rf"(?:(?P<days>-?\d+) days?,?\s*)?\+?{_CLOCK}")
@@ -49,6 +49,7 @@ def seconds_of(cells: Sequence[str | None]) -> Floats | None:
         )
         if form in (_YEAR_FIRST, _YEAR_LAST):
             dates[row] = (str(part["y"]), str(part["mo"]), str(part["d"]))
+            seconds -= _east(part)
         elif part.get("days"):
             seconds += DAY_S * int(part["days"])
         found[row] = seconds
@@ -71,6 +72,12 @@ def _hour(part: dict[str, str | None]) -> int | None:
     if not 1 <= hour <= 12:
         return None
     return hour % 12 + 12 * (str(part["half"]).lower() == "p")
+
+
+def _east(part: dict[str, str | None]) -> float:
+    """Seconds by which the clock of a zone is ahead; it changes within a log where summer time ends."""
+    ahead = _HOUR_S * int(part["zh"] or 0) + 60.0 * int(part["zm"] or 0)
+    return -ahead if part["east"] == "-" else ahead
 
 
 def _gone_on(seconds: Floats) -> Floats:
