@@ -4,24 +4,27 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from gimbal_hil.data.signals import write_signals
+from gimbal_hil.data.signals import SignalsTable, write_signals
 from gimbal_hil.knowledge.change import CHANGED_SCHEMA, AskedCause, Heard
-from gimbal_hil.knowledge.change.comparing import _liked_best
+from gimbal_hil.knowledge.change.comparing import ChangeKind, Left, MachineComparison, _liked_best
 from gimbal_hil.knowledge.change.one_gain import as_one_gain
-from gimbal_hil.knowledge.discrepancy import Status
+from gimbal_hil.knowledge.change.telling import text_of
+from gimbal_hil.knowledge.discrepancy import Kind, Status
 from gimbal_hil.surface.cli.app import run
 from sim_backend.model import shipped_model
 from tests.benchmarks.what_changed import draw, right
+from tests.cases.joint import BENCH
 from tests.change.rig import Machine
 
 #: what a person believes of the machine: every number somewhat off
 BELIEVED = Machine(inertia=0.0212, coulomb=0.045, viscous=0.023)
 KEYS = {
-    "schema", "verdict", "text", "effects", "alternatives", "dismissed", "shared", "something_else", "left",
+    "schema", "verdict", "text", "effects", "alternatives", "dismissed", "shared", "something_else", "moved", "left",
     "smallest_shown", "not_testable", "before", "after", "notes",
 }  # fmt: skip
 
@@ -43,6 +46,22 @@ def test_a_cause_is_a_change_where_the_logs_before_lose_by_it(
 ) -> None:
     asked = AskedCause(("coulomb", "joint"), Status.NAMED, after, before[:2], 0.5, min(before))  # type: ignore[arg-type]
     assert asked.heard is heard
+
+
+@pytest.mark.parametrize(("after", "kind"), [(1.2, ChangeKind.NO_CHANGE), (4.4, ChangeKind.AMBIGUOUS)])
+def test_numbers_that_moved_within_what_is_known_are_told_where_the_logs_ask_for_it(
+    after: float, kind: ChangeKind
+) -> None:
+    model = BELIEVED.model()
+    moved = {"axis": "joint", "path": "body.inertia.zz", "from": 0.02, "to": 0.0197, "low": 0.0196, "high": 0.0198}
+    unmoved = {**moved, "path": "friction.viscous", "from": 0.0198}
+    shown = {"name": "inertia", "axis": "joint", "relative": 0.024}
+    found = SimpleNamespace(kind=Kind.NO_DISCREPANCY, recalibrated=(moved, unmoved), smallest_shown=(shown,))
+    left = (Left("joint", "torque", 0.9, after, 0.9),)
+    told = MachineComparison(model, model, (), (), found, found, None, left)  # type: ignore[arg-type]
+    assert told.kind is kind and told.moved == ((moved,) if kind is ChangeKind.AMBIGUOUS else ())
+    assert ("was 0.02 kg m2 and is 0.0197 kg m2" in text_of(told)) is bool(told.moved)
+    assert ("inertia of joint 2.4%" in text_of(told)) is not bool(told.moved)
 
 
 def test_the_schema_has_every_key_and_refuses_what_no_answer_says() -> None:
@@ -125,6 +144,18 @@ def test_what_the_model_lacks_on_both_sides_is_no_change(tmp_path: Path) -> None
     code, found = answer(tmp_path, machine, machine, 5)
     assert code == 0 and found["verdict"] == "no_change" and not found["effects"], found["text"]
     assert "cogging" in [entry["name"] for entry in found["shared"]]  # type: ignore[union-attr, attr-defined]
+
+
+@pytest.mark.heavy
+def test_an_encoder_whose_scale_is_off_by_a_little_is_no_all_clear(tmp_path: Path) -> None:
+    class Swinging(Machine):
+        def logs(self, random: np.random.Generator, count: int = 2) -> tuple[SignalsTable, ...]:
+            logs = [BENCH.log(which, 20.0, seed=int(random.integers(999))) for which in "ab"[:count]]
+            sides = [{"joint.torque": log.torque, "joint.position": self.gain * log.position} for log in logs]
+            return tuple(SignalsTable.of(("joint",), logs[0].time, side, source="log") for side in sides)
+
+    _, found = answer(tmp_path, Swinging(), Swinging(gain=1.015), 9)
+    assert found["verdict"] == "ambiguous" and (found["moved"] or found["effects"]), found["text"]
 
 
 @pytest.mark.heavy

@@ -36,6 +36,14 @@ def test_units_of_position_and_torque_change_nothing_and_that_of_time_is_told() 
     assert words_by_motion(other, "AXIS") == ("time_s=1:us", *FOUND[1:])
 
 
+def test_whole_seconds_and_the_rest_of_a_second_in_another_column_are_one_time() -> None:
+    for size, unit in ((1e9, "ns"), (1e6, "us")):
+        counts = 1.7e9 * size + np.round((0.3 + LOG.time) * size)
+        parts = {"1": counts // size, "2": counts % size, "3": LOG.position, "4": LOG.torque}
+        found = (f"time_s=1+2:{unit}", "AXIS.position=3", "AXIS.torque=4")
+        assert words_by_motion(parts, "AXIS") == found, unit
+
+
 @pytest.mark.parametrize(
     "columns",
     [

@@ -6,8 +6,8 @@ speed, an acceleration by the acceleration: of neither both are needed.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from itertools import permutations
+from collections.abc import Iterator, Mapping
+from itertools import chain, permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,18 +28,36 @@ _SLOW = 0.02
 def words_by_motion(columns: Mapping[str, Floats], axis: str) -> tuple[str, ...]:
     """Words for `--column`, position and torque in SI; none where no columns, or several, move so."""
     whole = {name: values for name, values in columns.items() if len(values) > 100 and np.all(np.isfinite(values))}
-    clock = next(((name, unit, step) for name, values in whole.items() for unit, step in _clock(values)), None)
-    moving = [name for name, values in whole.items() if np.ptp(values) > 0.0 and (not clock or name != clock[0])]
-    if clock is None or not 2 <= len(moving) <= _MOST:
+    word, period_s, of_time = next(chain(_clocks(whole), _clocks_in_parts(whole)), ("", 0.0, ()))
+    moving = [name for name, values in whole.items() if np.ptp(values) > 0.0 and name not in of_time]
+    if not word or not 2 <= len(moving) <= _MOST:
         return ()
-    motions = {name: _motion(whole[name], clock[2]) for name in moving}
-    torques = {name: _torque(whole[name], clock[2]) for name in moving}
+    motions = {name: _motion(whole[name], period_s) for name in moving}
+    torques = {name: _torque(whole[name], period_s) for name in moving}
     left = {(q, u): _left(motions[q], torques[u]) for q, u in permutations(moving, 2)}
     (position, torque), least = min(left.items(), key=lambda item: item[1])
     others = [one for pair, one in left.items() if pair != (position, torque)]
     if least > _LEFT or least > _HALF * min(others):
         return ()
-    return f"time_s={clock[0]}{clock[1]}", f"{axis}.position={position}", f"{axis}.torque={torque}"
+    return f"time_s={word}", f"{axis}.position={position}", f"{axis}.torque={torque}"
+
+
+def _clocks(whole: Mapping[str, Floats]) -> Iterator[tuple[str, float, tuple[str, ...]]]:
+    """What `--column` says of a column that is the time, its period in seconds, and its name."""
+    for name, values in whole.items():
+        for unit, period_s in _clock(values):
+            yield f"{name}{unit}", period_s, (name,)
+
+
+def _clocks_in_parts(whole: Mapping[str, Floats]) -> Iterator[tuple[str, float, tuple[str, ...]]]:
+    """The same of whole seconds in one column and the rest of a second in another, as ROS has them."""
+    counts = {name: values for name, values in whole.items() if np.all(values == np.round(values))}
+    for (name, seconds), (other, rest) in permutations(counts.items(), 2):
+        for unit, size in _UNITS[1:]:
+            if np.ptp(seconds) > 0.0 and rest.min() >= 0.0 and 0.5 <= size * rest.max() < 1.0:
+                found = _clock(seconds - seconds[0] + size * rest)
+                if found and found[0][0] == "":
+                    yield f"{name}+{other}{unit}", found[0][1], (name, other)
 
 
 def _clock(values: Floats) -> list[tuple[str, float]]:

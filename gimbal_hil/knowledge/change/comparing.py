@@ -15,6 +15,7 @@ from enum import Enum, StrEnum
 
 import numpy as np
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy import (
     LEAST_GAP,
@@ -137,11 +138,20 @@ class MachineComparison:
             named = all(one.status is Status.NAMED for one in self.changes)
             return ChangeKind.CHANGED if named else ChangeKind.AMBIGUOUS
         if self.found.kind is Kind.NO_DISCREPANCY:
-            return ChangeKind.NO_CHANGE
+            return ChangeKind.AMBIGUOUS if self.moved else ChangeKind.NO_CHANGE
         if self.found.kind in _NAMELESS and self.shared.kind not in (*_NAMELESS, Kind.CANNOT_JUDGE):
             # what has no name and is not there before
             return ChangeKind.AMBIGUOUS
         return ChangeKind.NO_CHANGE if self.asked and not self._deaf else ChangeKind.CANNOT_JUDGE
+
+    @property
+    def moved(self) -> tuple[Json, ...]:
+        """Numbers that moved by no more than they are known to, where the logs after are plainly not those of the
+        machine before without that: entries of a verdict's `recalibrated`.
+        """
+        if self.asked or not _plain(self.left):
+            return ()
+        return tuple(one for one in self.found.recalibrated if not one["low"] <= one["from"] <= one["high"])
 
     @property
     def _deaf(self) -> bool:
@@ -170,16 +180,21 @@ def compare(
     progress("asking the logs before")
     asked = tuple(_asked(found, place, before, after) for place in range(len(found.told)))
     left = _channels(found, before, after)
-    quiet = _noise_of(left)
-    if not asked and any(one.after > LEAST_GAP * max(one.before, quiet) for one in left):
+    if not asked and _plain(left):
         # what the same model leaves of the logs before is noise: a gap is what exceeds that as plainly
         progress("looking closer, as the logs before are quieter than their floors")
-        policy = replace(request.policy, least_gap=LEAST_GAP * quiet)
+        policy = replace(request.policy, least_gap=LEAST_GAP * _noise_of(left))
         closer = diagnose(replace(request, policy=policy), workers=workers, progress=progress)
         told = tuple(_asked(closer, place, before, after) for place in range(len(closer.told)))
         if any(one.heard is Heard.AGAINST for one in told):
             found, asked, left = closer, told, _channels(closer, before, after)
     return MachineComparison(model, machine, before, after, verdict_of(first), verdict_of(found), found, left, asked)
+
+
+def _plain(left: tuple[Left, ...]) -> bool:
+    """Whether the model of the machine before leaves plainly more of the logs after than of those before."""
+    quiet = _noise_of(left)
+    return any(one.after > LEAST_GAP * max(one.before, quiet) for one in left)
 
 
 def _noise_of(left: tuple[Left, ...]) -> float:

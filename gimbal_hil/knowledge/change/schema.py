@@ -78,6 +78,12 @@ _ANSWER: dict[str, Schema] = {
     "dismissed": _list(_of("found after, and no change", {**_WHERE, "reason": _HEARD, **_SIDES})),
     "shared": _list(_of("missing before already", {**_WHERE, "status": _TEXT, "parameters": _PARAMETERS})),
     "something_else": _or_none(_PROBABILITY),
+    "moved": _list(
+        _of(
+            "a number that moved by less than it is known to",
+            {"axis": _TEXT, "path": _TEXT, **dict.fromkeys(("from", "to", "low", "high"), _NUMBER)},
+        )
+    ),
     "left": _list(_LEFT),
     "smallest_shown": _list(_SHOWN),
     "not_testable": _list(_of("what these logs cannot show", {**_WHERE, "reason": _TEXT})),

@@ -8,8 +8,11 @@ from gimbal_hil.knowledge.change.one_gain import as_one_gain
 from gimbal_hil.knowledge.discrepancy import entries_of
 from gimbal_hil.pages.report import quantity
 from sim_backend.effects import CATALOGUE
+from sim_backend.model import NUMBER_AT
 
 _LISTED = 4
+#: what is told of a number that moved
+_OF_A_NUMBER = ("axis", "path", "from", "to", "low", "high")
 #: a share of a cause that the logs before had already and that is worth saying
 _HAD = 0.1
 
@@ -38,6 +41,7 @@ def document_of(comparison: MachineComparison) -> Json:
             for entry in comparison.shared.effects
         ],
         "something_else": None if found.something_else is None or not changed else round(found.something_else, 3),
+        "moved": [{key: entry[key] for key in _OF_A_NUMBER} for entry in comparison.moved],
         "left": [
             {"axis": one.axis, "signal": one.signal, "unit": "noise floors", "before": round(one.before, 3),
              "after": round(one.after, 3), "after_with_changes": round(one.told, 3)}
@@ -69,7 +73,14 @@ def answer_of(comparison: MachineComparison) -> tuple[list[str], str]:
     if comparison.kind is ChangeKind.NO_CHANGE:
         return (
             [],
-            f"Nothing changed that these logs show: the model that fits those before leaves {size} in those after.",
+            f"Nothing changed that these logs show: the model that fits those before leaves {size} in those after."
+            + _would_have_shown(comparison),
+        )
+    if comparison.moved:
+        numbers = [_moved_in_words(comparison, entry) for entry in comparison.moved]
+        return numbers, (
+            f"The model that fits the logs before leaves {size} in those after, and {worst.told:.1f} with these "
+            f"numbers, none of which moved by more than {FITTED:.0%}: a gain or a scale of a sensor may be it as well."
         )
     if comparison.kind is ChangeKind.AMBIGUOUS:
         return (
@@ -80,6 +91,15 @@ def answer_of(comparison: MachineComparison) -> tuple[list[str], str]:
         f"These logs cannot tell: the model that fits those before leaves {size} in those after, and those before "
         f"{worst.before:.1f}; what is missing may be missing in both."
     )
+
+
+def _would_have_shown(comparison: MachineComparison) -> str:
+    shown = [
+        f"{CATALOGUE[one['name']].asked_as} of {one['axis']} {one['relative']:.1%}"
+        for one in comparison.found.smallest_shown
+        if CATALOGUE[one["name"]].asked_as and one["relative"] is not None
+    ]
+    return f" Smallest changes that would have shown: {', '.join(shown)}." if shown else ""
 
 
 def _changes(comparison: MachineComparison) -> tuple[list[Json], list[Json]]:
@@ -107,6 +127,13 @@ def _change_in_words(entry: Json) -> str:
         parts.append(f"{had:.0%} of it was there before")
     name = entry["name"].replace("_", " ")
     return f"{name} on {entry['axis']}: {', '.join(parts)}, probability {entry['probability']:.2f}"
+
+
+def _moved_in_words(comparison: MachineComparison, entry: Json) -> str:
+    """A number that moved by less than it is known to."""
+    unit = NUMBER_AT[entry["path"]].unit_for(comparison.model.is_linear)
+    is_now, spread = (quantity(size, unit) for size in (entry["to"], 0.5 * (entry["high"] - entry["low"])))
+    return f"{entry['path']} of {entry['axis']} was {quantity(entry['from'], unit)} and is {is_now} (± {spread})"
 
 
 def _with_sides(entry: Json, one: AskedCause) -> Json:
