@@ -91,6 +91,15 @@ def test_a_log_of_axes_that_no_model_has_leads_to_a_model_of_them() -> None:
     assert following.after_check([Path("log.csv")], beside).startswith("gimbal-hil identify log.csv --model m.yaml")
 
 
+def test_several_logs_beside_a_model_lead_to_a_verdict_that_the_last_one_judges() -> None:
+    logs = [Checked(Path(f"{name}.csv"), FileKind.SIGNALS, "") for name in "abc"]
+    said = following.after_check([], [*logs, checked("m.yaml", FileKind.MODEL)], ["j.position=q:deg"])
+    assert said == (
+        "gimbal-hil discrepancy --model m.yaml --measured a.csv --measured b.csv --holdout c.csv "
+        "--column j.position=q:deg --out verdict"
+    )
+
+
 @pytest.mark.parametrize("line", LINES)
 def test_what_is_proposed_is_a_command_with_options_that_it_has(line: str) -> None:
     program, name, *words = shlex.split(line)

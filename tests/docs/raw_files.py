@@ -1,9 +1,18 @@
-"""Two logs of one joint in the raw files of six kinds of benches, each as its tool leaves it."""
+"""Two logs of one joint in the raw files of six kinds of benches, each as its tool leaves it.
+
+`python -m tests.docs.raw_files DIR` writes them there, goes both steps of the page as a new user would, each in a
+process of its own, and prints its table.
+"""
 
 from __future__ import annotations
 
 import json
+import re
+import shlex
 import struct
+import subprocess
+import sys
+import time
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -95,3 +104,42 @@ WRITERS: dict[str, Callable[[Path, Log], None]] = {
     "numbers.csv": headerless,
     "mat": matlab,
 }
+
+PAGE = Path(__file__).resolve().parent.parent.parent / "docs" / "how-to" / "from-a-raw-file-to-a-verdict.md"
+
+
+def ways() -> dict[str, tuple[list[str], list[str], list[str]]]:
+    """Kind of file -> what the page's `init`, `check` and `discrepancy` are called with, those words included."""
+    commands = [shlex.split(line) for line in re.findall(r"^gimbal-hil (.*)$", PAGE.read_text(encoding="utf-8"), re.M)]
+    inits = {words[1]: words for words in commands if words[0] == "init"}
+    asked = [words for words in commands if words[0] != "init"]
+    pairs = zip(asked[::2], asked[1::2], strict=True)
+    return {check[1].removeprefix("a."): (inits[Path(check[-1]).parent.name], check, ask) for check, ask in pairs}
+
+
+def write_all(folder: Path) -> None:
+    """Both logs in each kind of file."""
+    for name, log in logs().items():
+        for kind, write in WRITERS.items():
+            write(folder / f"{name}.{kind}", log)
+
+
+def _timed(folder: Path, words: list[str]) -> tuple[float, str]:
+    begin = time.perf_counter()
+    done = subprocess.run(["gimbal-hil", *words], cwd=folder, capture_output=True, text=True, check=True)
+    return time.perf_counter() - begin, done.stdout
+
+
+def _table(folder: Path) -> None:
+    write_all(folder)
+    for kind, (init, check, _) in ways().items():
+        if not (folder / init[1]).exists():
+            print(f"init: {_timed(folder, init)[0]:.1f} s")
+        looked, said = _timed(folder, check)
+        words = shlex.split(said.rpartition("next: gimbal-hil ")[2])
+        asked, answer = _timed(folder, [*words[:-1], f"verdict_{kind}"])
+        print(f"| {kind} | {looked:.1f} | {asked:.1f} | {looked + asked:.1f} |", answer[:90])
+
+
+if __name__ == "__main__":
+    _table(Path(sys.argv[1]))

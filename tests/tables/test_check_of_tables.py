@@ -73,3 +73,5 @@ def test_a_current_without_a_torque_constant_is_told_with_what_to_add(tmp_path: 
     path.write_text("\n".join(["timestamp,axis0.pos_estimate,axis0.Iq_setpoint", *rows]) + "\n")
     seen = check_files([path, tmp_path / "model.yaml"], ("joint",))[0]
     assert seen.reads_as[2] == "joint.torque=axis0.Iq_setpoint:KT*N m" and "N m of one ampere for KT" in seen.text
+    with pytest.raises(BadInputError, match=r"KT is to be filled in; expected .* as 0\.062\*N m: 8\.27 / KV"):
+        read_signals(path, ("joint",), columns=ColumnMap.of_words(seen.reads_as))

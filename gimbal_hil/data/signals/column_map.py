@@ -211,6 +211,10 @@ def _size(term: Term, name: str, si: str, stated: Mapping[str, str]) -> tuple[fl
     found = unit_size(parts.get("unit") or si or "1", si)
     times, over = float(parts.get("times") or 1.0), float(parts.get("over") or 1.0)
     if found is None or times == 0.0 or over == 0.0:
+        if "KT" in text:
+            # what was printed for a person to fill in
+            expected = f"the {si} of one ampere in place of KT, as 0.062*{si}: 8.27 / KV of a motor of KV rpm/V"
+            raise BadInputError(f"--column {name}={term.column}:{text}", "KT is to be filled in", expected)
         more = "" if knows_all_units() else "; others with pip install 'gimbal-hil[units]'"
         raise BadInputError(
             f"--column {name}={term.column}" + (f":{term.unit}" if term.unit else ""),

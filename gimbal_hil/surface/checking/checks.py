@@ -271,7 +271,8 @@ def _as_torques(words: Sequence[str], model: AntennaModel | None) -> tuple[tuple
         named[place] = f"{axis}.torque={column}:KT*N m"
         notes.append(
             f"  {column} is a current, and the model does not say what torque it makes: put the N m of one ampere for "
-            f"KT, or axes.{axis}.actuator.torque_constant into the model"
+            f"KT (8.27 / KV of a motor of KV rpm/V), or axes.{axis}.actuator.torque_constant into the model, as "
+            f"gimbal-hil init --torque-constant {axis}=NUMBER does"
         )
     return tuple(named), notes
 

@@ -114,6 +114,11 @@ def after_check(given: Sequence[Path], checked: Sequence[Checked], columns: Sequ
     if nobodys and model is None:
         kind = "rotary" if len(nobodys) == 1 else "gimbal"
         return command_line("init", _new(Path("mine")), "--yes", kind=kind, axes=",".join(nobodys))
+    tables = [one.path for one in checked if one.kind.value == "signals table"]
+    if model is not None and len(tables) > 1 and "run folder" not in first:
+        # the last one judges what the others suggest, as everywhere
+        files = {"measured": tables[:-1], "holdout": tables[-1:]}
+        return command_line("discrepancy", model=model, **files, column=columns, out=_new(Path("verdict")))
     for kind in ("run folder", "signals table"):
         if kind in first:
             return command_line("identify", first[kind], model=model, column=columns, out="identified")

@@ -27,6 +27,7 @@ _NUMBERS = {
     "breakaway": ("breakaway_nm", "break-away torque, N m"),
     "viscous": ("viscous_nm_s", "viscous friction, N m s/rad"),
     "torque": ("torque_nm", "largest torque, N m"),
+    "torque_constant": ("torque_constant_nm_a", "torque of one ampere, N m/A"),
     "rate_limit": ("rate_rad_s", "largest rate, rad/s"),
     "encoder": ("encoder_counts", "encoder counts a turn (a millimetre on a linear axis)"),
 }
@@ -59,6 +60,10 @@ class AntennaOptions:
     breakaway: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Break-away torque, N m (N).")] = None
     viscous: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="N m s/rad (N s/m).")] = None
     torque: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Largest torque, N m (N).")] = None
+    torque_constant: Annotated[
+        list[str] | None,
+        typer.Option(metavar=_EACH, help="Torque of one ampere, N m/A (N/A), for logs of currents: 8.27 / KV."),
+    ] = None
     rate_limit: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Largest rate, rad/s.")] = None
     travel: Annotated[list[str] | None, typer.Option(metavar="AXIS=LOW..HIGH", help="Soft limits, rad.")] = None
     up: Annotated[

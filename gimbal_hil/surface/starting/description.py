@@ -45,6 +45,8 @@ class AxisDescription:
     breakaway_nm: float | None = None
     viscous_nm_s: float | None = None
     torque_nm: float | None = None
+    #: of a drive that logs its current
+    torque_constant_nm_a: float | None = None
     rate_rad_s: float | None = None
     travel_rad: tuple[float, float] | None = None
     encoder_counts: float | None = None

@@ -72,6 +72,10 @@ def _model_axis(axis: AxisDescription, linear: bool, antenna: AntennaDescription
     if not linear:
         about = axis.source("inertia_kg_m2", "mass_kg")
         body["inertia"] = {key: _number(axis.inertia_kg_m2, "kg m2", about) for key in ("xx", "yy", "zz")}
+    actuator = {"limit": _number(axis.torque_nm, torque, axis.source("torque_nm"))}
+    if axis.torque_constant_nm_a is not None:
+        source = axis.source("torque_constant_nm_a")
+        actuator["torque_constant"] = _number(axis.torque_constant_nm_a, f"{torque}/A", source)
     if axis.offset_m:
         body["cog"] = {"x": _number(axis.offset_m, "m", axis.source("offset_m"))}
     friction = friction_of(axis, antenna.kind)
@@ -79,7 +83,7 @@ def _model_axis(axis: AxisDescription, linear: bool, antenna: AntennaDescription
     section |= {
         "body": body,
         "friction": {key: _number(value, units[key], source) for key, (value, source) in friction.items()},
-        "actuator": {"limit": _number(axis.torque_nm, torque, axis.source("torque_nm"))},
+        "actuator": actuator,
         "encoder": {"step": {"value": step, "unit": angle, "source": axis.source("encoder_counts"), "uncertainty": 0}},
     }
     if antenna.kind is ModelKind.GIMBAL and antenna.has_gyro:
