@@ -31,6 +31,9 @@ class Joint:
     swings: Mapping[str, Swings]
     is_linear: bool = False
     believed: tuple[float, float, float] = (1.0, 0.8, 1.0)
+    #: what a weight takes at a right angle, and the share of what it takes by which friction grows
+    weight: float = 0.0
+    under_load: float = 0.0
 
     def log(self, which: str = "a", seconds: float = 16.0, cogging: float = 0.0, seed: int = 1) -> JointLog:
         """A log of one trajectory that starts at rest; `cogging`, of seven waves a radian or metre, is what the model
@@ -41,6 +44,8 @@ class Joint:
         at = (np.arange(rows * FINE) + 0.5) / (self.rate_hz * FINE)
         q, v, a = _motion(self.swings[which], at)
         torque = self.inertia * a + self.coulomb * np.sign(v) + self.viscous * v + cogging * np.sin(7 * q + 0.4)
+        load = self.weight * np.sin(q)
+        torque += load + self.under_load * np.abs(load) * np.sign(v)
         q, v, _ = _motion(self.swings[which], time)
         noise = np.random.default_rng(seed).normal(0.0, self.torque_noise, rows)
         return JointLog(time, torque.reshape(rows, FINE).mean(axis=1) + noise, np.round(q / self.step) * self.step, v)

@@ -54,7 +54,8 @@ def regression_rule(period_s: float, time_stated: bool = False, linear: bool = F
 @dataclass(frozen=True)
 class AxisMotion:
     """What was logged of one axis, (n,) each: `torque` held over the sample, `known` sampled, from the positions; rows
-    whose torque was `made_up` are witnesses of nothing.
+    whose torque was `made_up` are witnesses of nothing. Where friction grows with what position takes of the torque,
+    that is the `load`, sampled.
     """
 
     time_s: Vector
@@ -63,6 +64,7 @@ class AxisMotion:
     known: Vector
     rule: RigidAxisRule
     made_up: NDArray[np.bool_] | None = None
+    load: Vector | None = None
 
     @property
     def step_s(self) -> float:
@@ -83,6 +85,7 @@ class AxisMotion:
             torque=self.torque[part].reshape(count, every).mean(axis=1),
             known=self.known[part][::every],
             made_up=None if self.made_up is None else np.any(self.made_up[part].reshape(count, every), axis=1),
+            load=None if self.load is None else self.load[part][::every],
         )
 
     def problems(
@@ -105,11 +108,7 @@ class AxisMotion:
         """The torque (n,) that a fit of this motion asks for in each row, from motion in the band of the fit."""
         step = self.step_s
         smooth, rate = self._smooth(self.rule.bandwidth_hz)
-        asked = (
-            *_columns(smooth, rate, step, self.rule.per_direction),
-            *(column for ripple in ripples for column in ripple.columns(smooth)),
-        )
-        at_samples = np.stack(asked, axis=1) @ fit.solution - self.known
+        at_samples = np.stack(self._asked(smooth, rate, ripples), axis=1) @ fit.solution - self.known
         # a row is in force from its sample to the next, and was logged late by the shift
         places = np.arange(len(at_samples), dtype=np.float64)
         return np.asarray(np.interp(places + 0.5 - fit.shift_s / step, places, at_samples))
@@ -120,6 +119,13 @@ class AxisMotion:
         smooth = sosfiltfilt(_low_pass(cutoff_hz, 1.0 / self.step_s), position)
         return smooth, np.asarray(CubicSpline(self.time_s, smooth)(self.time_s, 1))
 
+    def _asked(self, smooth: Vector, rate: Vector, ripples: tuple[OverPosition, ...]) -> tuple[Vector, ...]:
+        """What each unknown is multiplied by, (n,) each: the numbers, what is over position, friction under load."""
+        numbers = _columns(smooth, rate, self.step_s, self.rule.per_direction)
+        over = (column for ripple in ripples for column in ripple.columns(smooth))
+        loaded = () if self.load is None else (np.abs(self.load) * _mean_sign(rate),)
+        return *numbers, *over, *loaded
+
     def _problem(
         self, band: float, ripples: tuple[OverPosition, ...], smoothed: SmoothedLog | None
     ) -> tuple[ShiftedProblem, Vector, np.ndarray]:
@@ -127,10 +133,7 @@ class AxisMotion:
         step, rule = self.step_s, self.rule
         smooth, rate = self._smooth(_WIDER * band, smoothed)
         narrow = _low_pass(band, 1.0 / step)
-        asked = (
-            *_columns(smooth, rate, step, self.rule.per_direction),
-            *(column for ripple in ripples for column in ripple.columns(smooth)),
-        )
+        asked = self._asked(smooth, rate, ripples)
         columns: Matrix = np.stack([sosfiltfilt(narrow, one) for one in asked], axis=1)
         target, load = sosfiltfilt(narrow, centred_torque(self.torque)), sosfiltfilt(narrow, self.known)
         edge = rule.edge_periods / band

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from gimbal_hil.knowledge.estimation import fit_shifted
+from gimbal_hil.knowledge.identification.averaging import Vector
 from gimbal_hil.knowledge.identification.axis_motion import AxisMotion
 from gimbal_hil.knowledge.identification.estimate import Determination, Estimate
 from gimbal_hil.knowledge.identification.position_ripple import OverPosition, PositionSlope, ripples_of, slopes_over
@@ -38,9 +39,14 @@ def over_position(motion: AxisMotion, numbers: int, smoothed: SmoothedLog | None
     left, slopes = (plain, ()) if best is None or best[0].cost > _SLOPE_LEAVES * plain.cost else (best[0], best[1:])
     over: tuple[OverPosition, ...] = (*slopes, *ripples_of(left.residual, position, fastest))
     for _ in range(_ROUNDS if over else 0):
-        solution = fit_shifted(next(motion.problems(over, smoothed))[0]).solution[numbers:]
-        over = tuple(one.moved(own) for one, own in zip(over, solution.reshape(len(over), -1), strict=True))
+        solution = fit_shifted(next(motion.problems(over, smoothed))[0]).solution
+        over = moved_over(over, solution[numbers:])
     return over
+
+
+def moved_over(over: tuple[OverPosition, ...], solution: Vector) -> tuple[OverPosition, ...]:
+    """What is over position, where a fit of its columns leads, three each; what follows them is of something else."""
+    return tuple(one.moved(own) for one, own in zip(over, solution[: 3 * len(over)].reshape(-1, 3), strict=True))
 
 
 def beside_slope(offset: Estimate, over: tuple[OverPosition, ...]) -> Estimate:

@@ -27,6 +27,7 @@ from gimbal_hil.knowledge.identification.estimate import (
     withheld,
 )
 from gimbal_hil.knowledge.identification.least_squares import Matrix
+from gimbal_hil.knowledge.identification.loaded_friction import loaded_friction
 from gimbal_hil.knowledge.identification.log_parts import DEPENDENT, FEWEST_ROWS, LogParts, block_bootstrap, parts_apart
 from gimbal_hil.knowledge.identification.other_columns import (
     fits_of,
@@ -145,7 +146,7 @@ def fit_rigid_axis(
     Raises:
         BadInputError: the table is shorter than the filters need or the joint does not move.
     """
-    logged = as_logged(time_s, position, torque, rule, known)
+    logged = as_logged(time_s, position, torque, rule, known, seed)
     motion, names, ripples, problems, fits = logged.motion, logged.names, logged.ripples, logged.problems, logged.fits
     step = motion.step_s
     likely, warnings = logged.smoothings() if smoothed is None else smoothed, logged.warnings
@@ -247,6 +248,7 @@ def as_logged(
     torque: Vector,
     rule: RigidAxisRule,
     known: Vector | None = None,
+    seed: int = 0,
 ) -> AsLogged:
     """The regression before anything is said of its columns; arguments and error as those of `fit_rigid_axis`."""
     step = float(np.median(np.diff(time_s)))
@@ -266,6 +268,11 @@ def as_logged(
     if others and others[0].is_certain:
         motion, others = others[0].motion, others[1:]
         ripples = over_position(motion, len(names))
+    loaded = loaded_friction(motion, ripples, len(names), seed)
+    if loaded is not None:
+        motion, ripples = loaded.motion, loaded.over
+        warnings = (*warnings, loaded.finding) if loaded.is_news else warnings
+        others = [replace(one, motion=replace(one.motion, load=motion.load)) for one in others]
     problems = list(motion.problems(ripples))
     fits = _shifted([problem for problem, _ in problems])
     return AsLogged(
