@@ -13,13 +13,15 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import permutations
 from pathlib import Path
 
 import numpy as np
 
+from firmware_protocol.errors import BadInputError
 from firmware_protocol.json_object import Json
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy import Kind, Request, Result, diagnose, verdict_of
@@ -36,7 +38,7 @@ from gimbal_hil.knowledge.improvement.rehearsal import rehearse
 from gimbal_hil.loop.settings import DaemonSettings, shipped_settings
 from sim_backend.effects import CATALOGUE, RUNS
 from sim_backend.model import AntennaModel, shipped_model
-from tests.improvement.antennas import effects, gaps_in_floors
+from tests.improvement.antennas import Parameters, effects, gaps_in_floors
 
 #: seconds of each of the two logs, and the share of a survey's travel: so little that more than the closest pairs stay
 #: open
@@ -92,10 +94,19 @@ def opened(hidden: str, rival: str, axis: str, seed: int, settings: DaemonSettin
     ways = effects(axis, np.random.default_rng(seed), shipped_model())
     if hidden not in ways or rival not in ways:
         return None
-    alone = shipped_model().with_effect(hidden, axis, ways[hidden](1.0))
+    with suppress(BadInputError):
+        # of a size that makes the gap, a cause may be beyond its bounds
+        return _opened(hidden, rival, axis, ways[hidden], seed, settings)
+    return None
+
+
+def _opened(
+    hidden: str, rival: str, axis: str, way: Callable[[float], Parameters], seed: int, settings: DaemonSettings
+) -> Open | None:
+    alone = shipped_model().with_effect(hidden, axis, way(1.0))
     size = FLOORS / max(1.0, float(np.max(gaps_in_floors(shipped_model(), surveyed(alone, 0, settings, seed)))))
     for _ in range(TIMES):
-        antenna = shipped_model().with_effect(hidden, axis, ways[hidden](size))
+        antenna = shipped_model().with_effect(hidden, axis, way(size))
         surveys = surveyed(antenna, 0, settings, seed), surveyed(antenna, 1, settings, seed)
         result = diagnose(Request(shipped_model(), surveys[:1], surveys[1:], only=(hidden, rival)))
         kind = verdict_of(result).kind

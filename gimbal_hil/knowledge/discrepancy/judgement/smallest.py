@@ -25,7 +25,7 @@ from gimbal_hil.knowledge.discrepancy.hypotheses import (
 )
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State, rms, weighing_of
 from gimbal_hil.knowledge.discrepancy.judgement.gap import is_a_gap
-from gimbal_hil.knowledge.discrepancy.judgement.wander import wander_of
+from gimbal_hil.knowledge.discrepancy.judgement.wander import wander_beside
 from gimbal_hil.knowledge.discrepancy.search import basis_of, beside, responses, row_weights
 from gimbal_hil.knowledge.discrepancy.twin import Floats
 from sim_backend.effects import CATALOGUE, Start, ripple_start
@@ -85,10 +85,13 @@ def smallest_sizes(inquiry: Inquiry, null: State) -> tuple[Shows, ...]:
 def traces(inquiry: Inquiry, null: State) -> list[Trace]:
     """The trace of every family at the start that shows it at the smallest size; none of those that no start shows."""
     weighing = weighing_of(inquiry, null)
-    whole, traced = _Judged(inquiry, null, weighing), []
+    whole, every, traced = _Judged(inquiry, null, weighing), basis_of(null.fit, weighing)[0], []
     for family in inquiry.families:
         bare, own = without_own(inquiry, null, family)
-        tried = (_trace(inquiry, bare, own, whole, weighing, family, start) for start in _starts(inquiry, family))
+        basis = every if bare is null.fit else basis_of(bare, weighing)[0]
+        tried = (
+            _trace(inquiry, bare, basis, own, whole, weighing, family, start) for start in _starts(inquiry, family)
+        )
         found = [trace for trace in tried if trace is not None]
         traced += [min(found, key=lambda trace: trace.shows.size)] if found else []
     return traced
@@ -151,6 +154,7 @@ def _own_places(model: AntennaModel, family: Family) -> set[tuple[str, str]]:
 def _trace(
     inquiry: Inquiry,
     bare: Fit,
+    basis: Floats,
     own: tuple[KnownNumber, ...],
     whole: _Judged,
     weighing: Weighing,
@@ -161,7 +165,6 @@ def _trace(
     columns = responses(inquiry.twin, bare.hypothesis, bare.residual, inquiry.floor, family, start)
     if columns is None:
         return None
-    basis, _ = basis_of(bare, weighing)
     per_row = row_weights(bare, weighing)
     left = beside(columns * per_row[:, None], basis)[: len(columns)]
     reach = np.sqrt(
@@ -191,7 +194,7 @@ class _Judged:
 
     def __init__(self, inquiry: Inquiry, null: State, weighing: Weighing) -> None:
         self.inquiry, self.null, fit = inquiry, null, null.fit
-        self.wander = tuple(wander_of(twin, null.hypothesis, inquiry.floor) for twin in (inquiry.twin, inquiry.holdout))
+        self.wander = wander_beside(inquiry, null)
         self.slopes = slopes_of_hold_out(inquiry, null)
         self.weights = row_weights(fit, weighing) ** 2
         # from what the model says: where they stand now they may have made up for an error already

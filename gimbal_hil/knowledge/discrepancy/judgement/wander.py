@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 _LEVEL_S, _DRIFT_S, _MOST = 0.3, 2.0, 0.02
 _LEVELS = ("friction.coulomb", "friction.breakaway", "friction.viscous")
 _CHANGE = 0.01
+#: of states that somebody still has, with the logs and floors that it was asked of: every gap asks for it
+_found: WeakKeyDictionary[State, tuple[tuple[object, ...], tuple[Wander, Wander]]] = WeakKeyDictionary()
 
 
 def left_beside_wander(inquiry: Inquiry, state: State) -> Floats:
@@ -38,8 +41,8 @@ def left_beside_wander(inquiry: Inquiry, state: State) -> Floats:
 
 def beside_wander(inquiry: Inquiry, state: State, fitted: Floats, held: Floats) -> Floats:
     """The same of rows of the fitted logs and of the hold-out."""
-    both = ((inquiry.twin, fitted), (inquiry.holdout, held))
-    return np.max([wander_of(twin, state.hypothesis, inquiry.floor).left(rows) for twin, rows in both], axis=0)
+    both = zip(wander_beside(inquiry, state), (fitted, held), strict=True)
+    return np.max([wander.left(rows) for wander, rows in both], axis=0)
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,17 @@ def wander_of(twin: Twin, hypothesis: Hypothesis, floor: Floats) -> Wander:
     row_s = bands.stride * bands.period_s
     logs = np.split(_friction(twin, hypothesis, floor), ends)
     return Wander(ends, tuple(tuple(_knots(log[:, j], row_s) for j in range(log.shape[1])) for log in logs))
+
+
+def wander_beside(inquiry: Inquiry, state: State) -> tuple[Wander, Wander]:
+    """The same of a state, on the fitted logs and on the hold-out."""
+    twins, floor = (inquiry.twin, inquiry.holdout), inquiry.floor
+    logs = *twins, floor
+    found = _found.get(state)
+    if found is None or any(one is not other for one, other in zip(found[0], logs, strict=True)):
+        fitted, held = (wander_of(twin, state.hypothesis, floor) for twin in twins)
+        found = _found[state] = logs, (fitted, held)
+    return found[1]
 
 
 def _friction(twin: Twin, hypothesis: Hypothesis, floor: Floats) -> Floats:
