@@ -9,6 +9,11 @@ that names the hidden cause and nothing else.
 
 from __future__ import annotations
 
+import os
+
+# before numpy is loaded, as in the product: threads only wait for one another on small matrices
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import argparse
 import json
 import sys
