@@ -232,7 +232,7 @@ def test_a_certificate_that_is_not_kept_says_which_flight() -> None:
     assert [one.is_shown for one in (found, *many, broken)] == [False, False, True, False]
     said = [next(b for b in certificate_blocks(one) if isinstance(b, Callout)) for one in (many[1], found, broken)]
     assert [one.tone for one in said] == ["good", "warning", "bad"]
-    assert "so few flights only show that at least 15.811 % of flights keep it" in summary(found)
+    assert "so few flights only show that at least 15 % of flights keep it" in summary(found)
     one = replace(found.flights[1], excursions=1)
     assert "the one excursion beyond 0.5 degrees in 2 flights was muted" in summary(
         Certificate(found.task, (found.flights[0], one), 1, 0.0)

@@ -71,9 +71,12 @@ def answer_of(comparison: MachineComparison) -> tuple[list[str], str]:
         rest = " Other causes that were found are no change: the logs before have them too." if others else ""
         return causes, f"The model that fits the logs before leaves {size} in those after.{rest}"
     if comparison.kind is ChangeKind.NO_CHANGE:
+        had = " and ".join(f"{one.label[0].replace('_', ' ')} on {one.label[1]}" for one in comparison.asked)
+        rest = f" What is left is {had}, which the logs before have too." if had else ""
         return (
             [],
             f"Nothing changed that these logs show: the model that fits those before leaves {size} in those after."
+            + rest
             + _would_have_shown(comparison),
         )
     if comparison.moved:
@@ -123,7 +126,7 @@ def _change_in_words(entry: Json) -> str:
             name = "" if number["unit"].startswith("1/") else f"{key.replace('_', ' ')} "
             parts.append(f"{name}{was}{is_now} (± {spread})")
     had = entry.get("share_before", 0.0)
-    if abs(had) > _HAD and not CATALOGUE[entry["name"]].is_number:
+    if had > _HAD and not CATALOGUE[entry["name"]].is_number:
         parts.append(f"{had:.0%} of it was there before")
     name = entry["name"].replace("_", " ")
     return f"{name} on {entry['axis']}: {', '.join(parts)}, probability {entry['probability']:.2f}"

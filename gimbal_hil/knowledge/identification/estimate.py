@@ -52,6 +52,23 @@ class Interval:
         return replace(self, low=min(self.low, *values), high=max(self.high, *values))
 
 
+#: numbers of friction as people call them, by the keys of a model file
+_SAID = {
+    "breakaway": "break-away",
+    "coulomb": "Coulomb friction",
+    "stribeck_velocity": "Stribeck velocity",
+    "viscous": "viscous friction",
+    "shape": "Stribeck shape",
+    "sigma0": "bristle stiffness",
+    "sigma1": "bristle damping",
+}
+
+
+def said(name: str) -> str:
+    """A number as people call it: `sigma0` is "bristle stiffness"."""
+    return _SAID.get(name, name.replace("_", " "))
+
+
 def number_text(value: float | None, digits: int = 5) -> str:
     """A number as for a person; a dash where there is none."""
     return "–" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gimbal_hil.knowledge.identification.correlations import Correlations
-from gimbal_hil.knowledge.identification.estimate import Determination, Estimate
+from gimbal_hil.knowledge.identification.estimate import Determination, Estimate, said
 from gimbal_hil.knowledge.identification.output_error import OutputErrorFit, displacements
 from gimbal_hil.knowledge.identification.presliding import PreslidingFit
 from gimbal_hil.knowledge.identification.sliding import StaticFit
@@ -144,18 +144,20 @@ def output_error_figure(fit: OutputErrorFit, number: int = 0, units: Units = ROT
 
 def correlation_figure(correlations: Correlations) -> Drawing:
     """Correlations of the errors of identified numbers: a square a pair, coloured and numbered."""
-    names = [name.replace("_", " ") for name in correlations.names]
+    # numbered, so that words stand at one side only
+    names = [f"{said(name)} {place}" for place, name in enumerate(correlations.names, start=1)]
     drawn = figure("Correlations of the errors", "", "", 130 + 52 * len(names))
     pairs = [(i, j) for i in range(len(names)) for j in range(i + 1)]
     values = [float(correlations.matrix[pair]) for pair in pairs]
     drawn.add_scatter(
-        x=[names[j] for _, j in pairs], y=[names[i] for i, _ in pairs], mode="markers+text", showlegend=False,
+        x=[str(1 + j) for _, j in pairs], y=[names[i] for i, _ in pairs], mode="markers+text", showlegend=False,
         text=[f"{value:.2f}" for value in values], textfont={"color": [_on(value) for value in values]},
         marker={
             "symbol": "square", "size": 46, "color": values, "cmin": -1.0, "cmax": 1.0,
             "colorscale": [[0.0, SECOND], [0.5, _NOTHING], [1.0, MEASURED]],
         },
-        hovertemplate="%{y}, %{x}: %{text}<extra></extra>",
+        customdata=[names[j] for _, j in pairs],
+        hovertemplate="%{y}, %{customdata}: %{text}<extra></extra>",
     )  # fmt: skip
     drawn.update_xaxes(showgrid=False, zeroline=False, range=[-0.6, len(names) - 0.4])
     drawn.update_yaxes(showgrid=False, zeroline=False, range=[len(names) - 0.4, -0.6])
@@ -180,7 +182,8 @@ def interval_figure(estimates: tuple[Estimate, ...], reference: LugreFriction, n
     drawn = figure("Change against the model given", "difference [% of the model's value]", "", 130 + 34 * len(shown))
     ends = [0.0]
     for estimate in shown:
-        colour, name = _COLOURS[estimate.verdict], estimate.name.replace("_", " ")
+        colour, name = _COLOURS[estimate.verdict], said(estimate.name)
+        symbol = "circle" if estimate.verdict is Determination.IDENTIFIED else "circle-open"
         value, low, high = (
             100.0 * (float(np.clip(end / known[estimate.name], 0.0, _WIDEST)) - 1.0)
             for end in (estimate.value, estimate.interval.low, estimate.interval.high)
@@ -188,7 +191,8 @@ def interval_figure(estimates: tuple[Estimate, ...], reference: LugreFriction, n
         drawn.add_scatter(
             x=[low, high], y=[name] * 2, mode="lines", line={"color": colour, "width": 5}, showlegend=False
         )
-        drawn.add_scatter(x=[value], y=[name], mode="markers", marker={"color": colour, "size": 8}, showlegend=False)
+        marker = {"color": colour, "size": 8, "symbol": symbol}
+        drawn.add_scatter(x=[value], y=[name], mode="markers", marker=marker, showlegend=False)
         ends += [low, high]
     # a line that ends at the edge would look cut
     beyond = 0.06 * (max(ends) - min(ends)) or 1.0

@@ -9,7 +9,7 @@ import numpy as np
 
 from gimbal_hil.knowledge.identification.axis_identification import AxisIdentification, friction_of
 from gimbal_hil.knowledge.identification.correlations import of_all_axes
-from gimbal_hil.knowledge.identification.estimate import Determination, Estimate, number_text
+from gimbal_hil.knowledge.identification.estimate import Determination, Estimate, number_text, said
 from gimbal_hil.knowledge.identification.figures import (
     correlation_figure,
     hysteresis_figure,
@@ -69,9 +69,8 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     found = [e for e in result.estimates if e.verdict is Determination.IDENTIFIED]
     priors = [e for e in result.estimates if e.verdict is Determination.NOT_IDENTIFIED]
     count = len(found)
-    told = ": " + ", ".join(f"{e.name.replace('_', ' ')} {quantity(e.value, e.unit)}" for e in found) if found else ""
     against = f"{_findings(len(result.findings))} against data or model."
-    answer = f"{count} of {len(result.estimates)} numbers identified{told}; {against}"
+    answer = f"{count} of {len(result.estimates)} friction numbers identified{_least_sure(found)}; {against}"
     if len(priors) == len(result.estimates) and not result.findings:
         answer = f"No friction number of {result.axis} can be had from these logs: its model keeps its numbers."
     blocks: list[Block] = [Heading(result.axis)]
@@ -87,7 +86,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
         measured = [e for e in result.estimates if e not in priors]
         blocks.append(Tiles([(quantity(e.value, e.unit), _tile_text(e)) for e in measured]))
     if priors:
-        stand = ", ".join(f"{e.name.replace('_', ' ')} {quantity(e.value, e.unit)}" for e in priors)
+        stand = ", ".join(f"{said(e.name)} {quantity(e.value, e.unit)}" for e in priors)
         blocks.append(Text(f"Not identified from these logs, so the model's own numbers stand: {stand}."))
     blocks += [Callout(finding.text[:1].upper() + finding.text[1:], "warning") for finding in result.findings]
     folded: list[Block] = []
@@ -111,7 +110,8 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     drawn = interval_figure(result.estimates, prior, LUGRE_NAMES)
     if drawn.data:
         text = (
-            "Dot: the value; bar: its 95 % interval, hidden by the dot where it is narrow. Violet: weakly identified."
+            "Dot: the value; bar: its 95 % interval, hidden by the dot where it is narrow. Violet, an open dot: weakly "
+            "identified."
         )
         blocks.append(Plot(drawn, text))
     blocks.append(_estimate_table(model, result))
@@ -144,10 +144,24 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
 
 def _tile_text(estimate: Estimate) -> str:
     """Name of a number that stands in a tile, and how well it is known."""
-    name, half = estimate.name.replace("_", " "), estimate.interval.half_width
-    if estimate.value == 0.0 or not np.isfinite(half):
-        return name
-    return f"{name}, ± {100.0 * half / abs(estimate.value):.2g} % (95 %)"
+    share = _share(estimate)
+    return said(estimate.name) + (f", ± {100.0 * share:.2g} % (95 %)" if np.isfinite(share) else "")
+
+
+def _share(estimate: Estimate) -> float:
+    """Half of the interval as a share of the value; not finite where there is none."""
+    half = estimate.interval.half_width
+    return half / abs(estimate.value) if estimate.value != 0.0 else np.inf
+
+
+def _least_sure(found: Sequence[Estimate]) -> str:
+    """Of the identified numbers the one with the widest interval for its size."""
+    sized = [one for one in found if np.isfinite(_share(one))]
+    if not sized:
+        return ""
+    least = max(sized, key=_share)
+    which = said(least.name) if len(sized) == 1 else f"the least sure, {said(least.name)},"
+    return f", {which} to ± {100.0 * _share(least):.2g} %"
 
 
 def _scaled(value: float, unit: str) -> str:
@@ -157,7 +171,7 @@ def _scaled(value: float, unit: str) -> str:
 
 
 def _findings(count: int) -> str:
-    return "1 finding speaks" if count == 1 else f"{count or 'no'} findings speak"
+    return "1 finding speaks" if count == 1 else f"{count} findings speak" if count else "nothing found speaks"
 
 
 def _liveliest(fit: OutputErrorFit) -> int:
@@ -192,7 +206,15 @@ def _estimate_table(model: AntennaModel, result: AxisIdentification) -> Table:
     rows = []
     for e, reason in zip(result.estimates, reasons, strict=True):
         ends = e.end_texts if e.fitted_ends else ("", "")
-        row = [e.name.replace("_", " "), e.value_text, *ends, e.unit, _WORDS[e.verdict], number_text(e.prior)]
+        name = f"{said(e.name)} ({e.name})" if said(e.name) != e.name else e.name
+        row = [
+            name,
+            e.value_text,
+            *ends,
+            e.unit,
+            _WORDS[e.verdict],
+            number_text(e.prior),
+        ]
         row += [sources[e.name]] if any(sources.values()) else []
         rows.append([*row, reason] if any(reasons) else row)
     return Table(header, rows)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Sequence
+from itertools import cycle
 from typing import TYPE_CHECKING
 
 from gimbal_hil.knowledge.discrepancy import LEAST_GAP, headline
@@ -23,7 +24,20 @@ from gimbal_hil.knowledge.improvement.journal import (
 )
 from gimbal_hil.knowledge.improvement.motion import MADE
 from gimbal_hil.knowledge.improvement.task import Ending, leaves_unjudged
-from gimbal_hil.pages.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles, counted
+from gimbal_hil.pages.report import (
+    Block,
+    Callout,
+    Details,
+    Heading,
+    Listing,
+    Page,
+    Plot,
+    Table,
+    Text,
+    Tiles,
+    counted,
+    quantity,
+)
 from sim_backend.model import AntennaModel, load_model
 
 if TYPE_CHECKING:
@@ -31,9 +45,9 @@ if TYPE_CHECKING:
     from gimbal_hil.pages.plots import Drawing
 
 _GAP_CAPTION = (
-    "Rms that is left of each channel. Each round begins (dot) with the model that its search starts from, on data "
-    "that had no part in making it, and ends (open dot) with what the diagnosis proposes. Below the dashed line a "
-    "channel counts as explained."
+    "Rms that is left of each channel. Each round begins (filled) with the model that its search starts from, on data "
+    "that had no part in making it, and ends (open) with what the diagnosis proposes. Below the dashed line a channel "
+    "counts as explained."
 )
 
 
@@ -46,7 +60,7 @@ def improvement_page(task: Task, entries: Sequence[Entry]) -> Page:
     used_s = max((e.antenna_s for e in measured), default=0.0)
     blocks: list[Block] = [_conclusion(end, rounds), _tiles(task, rounds, measured, used_s, end)]
     if rounds:
-        blocks += [Heading("How the gap shrank"), Plot(_gap_figure(rounds), _GAP_CAPTION), _round_table(rounds)]
+        blocks += [Heading("The gap, round by round"), Plot(_gap_figure(rounds), _GAP_CAPTION), _round_table(rounds)]
     blocks += [Heading("Experiments"), _experiment_table(entries), *_menu(rounds)]
     blocks += [Heading("What the model gained"), *_gained(task.start, model, rounds)]
     if rounds:
@@ -71,9 +85,13 @@ def _conclusion(end: Ended | Stopped | None, rounds: Sequence[Diagnosed]) -> Cal
     if isinstance(end, Ended):
         taken = next((one for one in reversed(rounds) if one.model is not None and one.effects), None)
         added = "\n".join(f"{headline(effect)}." for effect in taken.effects) if taken is not None else ""
-        judged = end.ending == Ending.AT_THE_FLOOR.word and not (rounds and leaves_unjudged(rounds[-1]))
-        tone = "good" if judged else "warning"
-        return Callout(added, tone, end.text) if added and tone == "good" else Callout(end.text, tone)
+        at_the_floor = end.ending == Ending.AT_THE_FLOOR.word
+        tone = "good" if at_the_floor and not (rounds and leaves_unjudged(rounds[-1])) else "warning"
+        if added and tone == "good":
+            return Callout(added, tone, end.text)
+        # what is left stands below the ending itself
+        said, left = end.text.split(". ", 1) if at_the_floor and ". " in end.text else (end.text, "")
+        return Callout(f"{said.rstrip('.')}.", tone, left)
     return Callout(
         f"Stopped before its end: {end.reason if end else 'the log goes no further'}. --resume goes on from here.",
         "warning",
@@ -89,7 +107,7 @@ def _tiles(
             (f"{_worst(rounds[0]):.1f} → {_last_gap(rounds, end):.2f}", "largest gap in floors, first to last")
         )
     items += [
-        (f"{len(measured)} in {max(1, len(rounds))} rounds", "experiments"),
+        (f"{len(measured)} in {counted(max(1, len(rounds)), 'round')}", "experiments"),
         (f"{used_s:.0f} s", f"of {task.budgets.antenna_s:.0f} s antenna time"),
     ]
     return Tiles(tuple(items))
@@ -112,7 +130,7 @@ def _gap_figure(rounds: Sequence[Diagnosed]) -> Drawing:
     channels = dict.fromkeys((gap["axis"], gap["signal"]) for one in rounds for gap in one.gaps)
     shades = {"torque": [MEASURED, MODEL], "rate_error": [SECOND, REFERENCE]}
     colours = {channel: shades[channel[1]].pop(0) for channel in channels if shades.get(channel[1])}
-    for channel in channels:
+    for channel, shape in zip(channels, cycle(("circle", "square", "diamond", "triangle-up")), strict=False):
         x: list[float | None] = []
         y: list[float | None] = []
         symbols: list[str] = []
@@ -122,13 +140,14 @@ def _gap_figure(rounds: Sequence[Diagnosed]) -> Drawing:
                     # a gap between rounds: a search may begin from the first model again
                     x += [one.round - 0.12, one.round + 0.12, None]
                     y += [gap["before"] / gap["noise_floor"], gap["after"] / gap["noise_floor"], None]
-                    symbols += ["circle", "circle-open", "circle"]
+                    symbols += [shape, f"{shape}-open", shape]
         drawn.add_scatter(
             x=x, y=y, mode="lines+markers", name=f"{channel[0]} {channel[1].replace('_', ' ')}",
             line=dict(color=colours.get(channel), width=1.5), marker=dict(symbol=symbols, size=9),
         )  # fmt: skip
+    sizes = [size for trace in drawn.data for size in trace["y"] if size is not None]
     drawn.add_hline(y=LEAST_GAP, color=ALERT, width=1, dash="dash")
-    in_floors(drawn, [size for trace in drawn.data for size in trace["y"] if size is not None])
+    in_floors(drawn, [*sizes, LEAST_GAP])
     drawn.update_xaxes(tickvals=[one.round for one in rounds], range=[rounds[0].round - 0.5, rounds[-1].round + 0.5])
     drawn.update_layout(hovermode="closest")
     return drawn
@@ -195,18 +214,18 @@ def _menu(rounds: Sequence[Diagnosed]) -> list[Block]:
 
 def _gained(start: AntennaModel, model: AntennaModel, rounds: Sequence[Diagnosed]) -> list[Block]:
     blocks: list[Block] = []
+    # what a later round found again stands as it was found last
+    last = {(e["name"], e["axis"]): (one, e) for one in rounds if one.model is not None for e in one.effects}
     rows = [
         (
-            f"{e['name']} ({e['axis']})",
+            f"{e['name'].replace('_', ' ')} on {e['axis']}",
             str(one.round),
-            e["status"],
-            name,
+            e["status"].replace("_", " "),
+            name.replace("_", " "),
             f"{p['value']:.4g} {p['unit']}",
-            f"{p['low']:.4g} .. {p['high']:.4g}",
+            f"{p['low']:.4g} to {p['high']:.4g}",
         )
-        for one in rounds
-        if one.model is not None
-        for e in one.effects
+        for one, e in last.values()
         for name, p in e["parameters"].items()
     ]
     if rows:
@@ -214,13 +233,13 @@ def _gained(start: AntennaModel, model: AntennaModel, rounds: Sequence[Diagnosed
             Table(
                 ("effect", "round", "status", "parameter", "value", "interval"),
                 rows,
-                "Effects as they were taken over.",
+                "Effects as they were taken over, each in the last round that found it.",
             )
         )
     before, after = start.to_yaml().splitlines(), model.to_yaml().splitlines()
     change = "\n".join(difflib.unified_diff(before, after, "start", "model.yaml", lineterm="", n=1))
     blocks.append(
-        Listing(change, "Difference between the first model and the last.")
+        Details("Every line of the model file that changed", [Listing(change, "The first model and the last.")])
         if change
         else Text("The model is as it was.")
     )
@@ -232,7 +251,7 @@ def _left(last: Diagnosed, end: Ended | Stopped | None) -> list[Block]:
     for gap in last.gaps:
         before, after = gap["before"] / gap["noise_floor"], gap["after"] / gap["noise_floor"]
         channel = f"{gap['axis']} {gap['signal'].replace('_', ' ')}"
-        rows.append((channel, f"{gap['noise_floor']:.3g} {gap['unit']}", f"{before:.2f}", f"{after:.2f}"))
+        rows.append((channel, quantity(gap["noise_floor"], gap["unit"]), f"{before:.2f}", f"{after:.2f}"))
     header = ("channel", "noise floor", "before [floors]", "after [floors]")
     blocks: list[Block] = [Table(header, rows, f"Round {last.round}, on data that no part of the search used.")]
     if not (isinstance(end, Ended) and end.ending == Ending.AT_THE_FLOOR.word):
@@ -259,7 +278,7 @@ def _budget_table(task: Task, entries: Sequence[Entry], used_s: float, rounds: i
         )
         least, most = task.budgets.travel_rad[axis]
         rows.append((f"torque, {axis}", f"{peak:.2f} N m", f"{task.budgets.torque_nm[axis]:g} N m"))
-        rows.append((f"travel, {axis}", f"{low:+.2f} .. {high:+.2f} rad", f"{least:+.2f} .. {most:+.2f} rad"))
+        rows.append((f"travel, {axis}", f"{low:+.2f} to {high:+.2f} rad", f"{least:+.2f} to {most:+.2f} rad"))
     return Table(
         ("budget", "used", "allowed"),
         rows,

@@ -37,6 +37,8 @@ from gimbal_hil.pages.report.made import Made, made_here
 
 #: headings from which on a page has a table of contents
 _CONTENTS_FROM = 3
+#: columns up to which a table has room beside each other on a phone
+_COLUMNS_OF_A_PHONE = 3
 
 
 @dataclass(frozen=True)
@@ -197,13 +199,17 @@ def _table(table: Table) -> str:
     ]
     mark = [' class="n"' if is_number else "" for is_number in numeric]
     head = "".join(f'<th scope="col"{mark[i]}>{html.escape(cell)}</th>' for i, cell in enumerate(table.header))
+    # on a phone each row of a wide table stands as lines of its own, each with the column's title before it
+    wide = len(table.header) > _COLUMNS_OF_A_PHONE
+    title = [f' data-title="{html.escape(cell)}"' if wide else "" for cell in table.header]
     rows = "".join(
-        "<tr>" + "".join(f"<td{mark[i]}>{html.escape(cell)}</td>" for i, cell in enumerate(row)) + "</tr>"
+        "<tr>" + "".join(f"<td{mark[i]}{title[i]}>{html.escape(cell)}</td>" for i, cell in enumerate(row)) + "</tr>"
         for row in table.rows
     )
+    kind = ' class="wide"' if wide else ""
     return (
-        f'<figure><div class="scroll" tabindex="0"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
-        f"</div>{_caption(table.caption)}</figure>"
+        f'<figure><div class="scroll" tabindex="0"><table{kind}><thead><tr>{head}</tr></thead><tbody>{rows}</tbody>'
+        f"</table></div>{_caption(table.caption)}</figure>"
     )
 
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 _LINE_LETTERS = 26
 #: pixels of a row, and of what is around the rows
 _ROW, _AROUND = 46, 110
+#: one for each of those compared, told apart without colour
+_SYMBOLS = ("circle", "square", "diamond", "triangle-up", "cross", "x", "star", "triangle-down", "pentagon", "hexagon")
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,8 @@ def error_dots(title: str, scenarios: Sequence[str], compared: Sequence[Dots]) -
     order = sorted(range(len(scenarios)), key=least, reverse=True)
     rows = ["<br>".join(textwrap.wrap(scenarios[place], _LINE_LETTERS)) for place in order]
     drawn = figure(title, "rms [µrad]", "", _AROUND + _ROW * len(rows))
-    for drawn_over, one in zip(range(len(compared) - 1, -1, -1), compared, strict=True):
+    for number, one in enumerate(compared):
+        drawn_over = len(compared) - 1 - number
         spread = [one.deviations[place] for place in order] if any(one.deviations) else []
         error = dict(type="data", array=spread, thickness=1, color=one.colour)
         drawn.add_scatter(
@@ -48,7 +51,12 @@ def error_dots(title: str, scenarios: Sequence[str], compared: Sequence[Dots]) -
             mode="markers",
             name=one.name,
             # an equal one drawn over it leaves a ring
-            marker=dict(color=one.colour, size=10 + min(3 * drawn_over, 6), opacity=0.85),
+            marker=dict(
+                color=one.colour,
+                symbol=_SYMBOLS[number % len(_SYMBOLS)],
+                size=10 + min(3 * drawn_over, 6),
+                opacity=0.85,
+            ),
             error_x=error if spread else None,
         )
     drawn.update_xaxes(**logarithm(size for one in compared for size in one.sizes))

@@ -40,6 +40,8 @@ _COLOURS = [
     f"#{one}"
     for one in ["8a94a0", "1f6f8b", "d95f02", "b8860b", "4a8c5c", "6a4c93", "7a5230", "c2579b", "b3261e", "2e4a9e"]
 ]
+#: so that lines can be told apart without their colours
+_DASHES = ("solid", "dash", "dot", "dashdot")
 #: how many times the best error still counts as the best
 _CLOSE = 1.1
 #: scenarios whose errors are drawn over time, where they are among those run
@@ -116,16 +118,19 @@ def _worst_table(found: ArenaResult) -> Table:
             if worst is None:
                 continue
             size = "tripped" if worst[1] == float("inf") else _three_digits(_MICRO * worst[1])
-            behind, seen = _behind(found, antenna, entrant.name), ("-", "-")
+            behind, seen = _behind(found, antenna, entrant.name), ("-", "-", "-")
             if behind is not None:
-                seen = f"{behind.count} of {behind.rows}", f"{_three_digits(behind.most)} times: {behind.where}"
+                seen = f"{behind.count} of {behind.rows}", _three_digits(behind.most), behind.where
             told = "not stable: a limit cycle" if _is_limit_cycle(entrant, antenna) else ""
             rows.append((entrant.name, _short(antenna), worst[0], size, *seen, told))
-    kept = [True] * 6 + [any(row[6] for row in rows)]
-    header = ("Controller", "Antenna", "Worst case", "rms [µrad]", "Cases behind", "Most behind the best", "Loops")
+    kept = [True, len(found.antennas) > 1, *[True] * 5, any(row[7] for row in rows)]
+    header = ("Controller", "Antenna", "Worst case", "rms [µrad]", "Cases behind", "Times the best", "Where", "Loops")
     cut = [[cell for cell, keep in zip(row, kept, strict=True) if keep] for row in (header, *rows)]
     return Table(
-        cut[0], cut[1:], "Steps are left out; behind is more than 10 % worse than the best controller of a case."
+        cut[0],
+        cut[1:],
+        "Steps are left out; behind is more than 10 % worse than the best controller of a case, and the last columns "
+        "say how many times its error, at most, and where.",
     )
 
 
@@ -177,16 +182,25 @@ def _is_limit_cycle(entrant: Entrant, antenna: str) -> bool:
 
 
 def _best_lines(found: ArenaResult) -> list[str]:
-    """For each antenna the controller whose worst case is least, beside the greatest."""
+    """For each antenna the controller whose worst case is least, beside the next and the greatest."""
     lines = []
     for antenna in found.antennas:
-        rows = [(worst, one.name) for one in found.entrants if (worst := found.worst(antenna, one.name)) is not None]
+        worst = [(found.worst(antenna, one.name), one) for one in found.entrants]
+        rows = sorted(((case[1], case[0], one) for case, one in worst if case is not None), key=lambda row: row[0])
         if rows:
-            ((where, size), name), (_, last) = (pick(rows, key=lambda row: row[0][1]) for pick in (min, max))
-            told = "a guard stopped it" if size == float("inf") else f"{_MICRO * size:.1f} µrad rms"
-            beside = f" The largest is that of {last}." if len(rows) > 1 else ""
-            lines.append(f"{name} has the smallest worst case on {_short(antenna)}: {told} ({where}).{beside}")
+            size, where, best = rows[0]
+            told = f"{best.name} has the smallest worst case on {_short(antenna)}: {_told_size(size)} ({where})."
+            others = [f"{one.name}, {_told_size(size)}" for size, _, one in rows[1:2]]
+            if len(rows) > 2:
+                size, _, last = rows[-1]
+                swings = ", its loops in a limit cycle" if _is_limit_cycle(last, antenna) else ""
+                others.append(f"the largest is {_told_size(size)}, of {last.name}{swings}")
+            lines.append(" ".join([told, *([f"Next: {'; '.join(others)}."] if others else [])]))
     return lines
+
+
+def _told_size(size: float) -> str:
+    return "stopped by a guard" if size == float("inf") else f"{_three_digits(_MICRO * size)} µrad rms"
 
 
 def arena_blocks(found: ArenaResult) -> list[Block]:
@@ -285,8 +299,8 @@ def _drawn_errors(found: ArenaResult, scenarios: Sequence[Scenario]) -> list[Blo
             outcomes = found.of(scenario.name, antenna, entrant.name)
             if outcomes and outcomes[0].trace is not None:
                 time_s, error = outcomes[0].trace
-                line = dict(color=_COLOURS[place % len(_COLOURS)])
+                line = dict(color=_COLOURS[place % len(_COLOURS)], dash=_DASHES[place % len(_DASHES)])
                 drawn.add_scatter(x=time_s, y=_MICRO * error, name=entrant.name, line=line)
         drawn.update_yaxes(**logarithm(error for trace in drawn.to_dict()["data"] for error in trace["y"]))
-        blocks.append(Plot(drawn, f"Antenna {antenna}, first seed. The first seconds are not judged."))
+        blocks.append(Plot(drawn, f"Antenna {_short(antenna)}, first seed. The first seconds are not judged."))
     return [Heading("Errors over time"), *blocks] if blocks else []

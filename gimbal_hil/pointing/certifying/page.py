@@ -77,7 +77,7 @@ def _plain(value: float) -> float | None:
 
 
 def summary(found: Certificate) -> str:
-    """What counts, in two sentences."""
+    """Whether it keeps the requirement, and its figures, in two sentences."""
     need, flights, late = found.task.requirement, len(found.flights), found.late
     beyond = f"beyond {math.degrees(need.mute_beyond_rad):g} degrees"
     in_time = f"muted within {1e3 * need.mute_within_s:g} ms"
@@ -89,20 +89,22 @@ def summary(found: Certificate) -> str:
     if late:
         muted = f"in {len(late)} of {flights} flights an excursion {beyond} was not {in_time}"
         muted += f", the slowest {late[0].slowest_mute_s:.2f} s (seed {late[0].seed})"
+    missed = flights - round(flights * found.acquired.value)
+    if missed:
+        muted += f"; {missed} of {flights} flights never acquired"
     if found.keeps and not found.is_shown:
-        muted += f"; so few flights only show that at least {_percent(found.muted_in_time.low)} of flights keep it"
+        low = math.floor(100.0 * found.muted_in_time.low)
+        muted += f"; so few flights only show that at least {low} % of flights keep it"
+    verdict = "Kept" if found.is_shown else "Kept so far" if found.keeps else "Not kept"
     return (
-        f"Within {math.degrees(need.within_rad):g} degrees in {_share(found.within)} of the time of transmission, "
-        f"which was {_share(found.transmitting)} of the time since the acquisition; {muted}."
+        f"{verdict}: {muted}. Within {math.degrees(need.within_rad):g} degrees in {_share(found.within)} of the time "
+        f"of transmission; it transmitted in {_share(found.transmitting)} of the time since the acquisition."
     )
 
 
 def _share(interval: ShareInterval) -> str:
-    return f"{_percent(interval.value)} ({_percent(interval.low)} to {_percent(interval.high)})"
-
-
-def _percent(value: float) -> str:
-    return f"{100.0 * value:.3f} %"
+    value, between = _cells(interval)
+    return f"{value} ({between})" if interval.high > interval.low else value
 
 
 def certificate_blocks(found: Certificate) -> list[Block]:
@@ -114,8 +116,8 @@ def certificate_blocks(found: Certificate) -> list[Block]:
         Callout(summary(found), "good" if found.is_shown else "warning" if found.keeps else "bad"),
         Tiles(
             [
-                (_percent(found.within.value), f"of transmission within {limits}"),
-                (_percent(found.transmitting.value), "of the time since the acquisition transmitting"),
+                (_cells(found.within)[0], f"of transmission within {limits}"),
+                (_cells(found.transmitting)[0], "of the time since the acquisition transmitting"),
                 (f"{1e3 * max(one.slowest_mute_s for one in flights):.0f} ms", "longest unmuted beyond the limit"),
                 (f"{largest:.3f}°", "largest error while transmitting"),
                 (str(len(flights)), f"flights of {found.task.duration_s:g} s"),
@@ -134,11 +136,12 @@ def certificate_blocks(found: Certificate) -> list[Block]:
                 ("acquired, share of the flights", *_cells(found.acquired)),
                 ("transmitting, share of the time since the acquisition", *_cells(found.transmitting)),
             ],
-            "Shares of time: whole flights are resampled. Shares of flights: Clopper and Pearson. The error is the "
-            "true one: true joints on the true base against the target, not what the host sees.",
+            "Intervals of shares of time: whole flights are resampled, which needs flights that differ. Of shares of "
+            "flights: Clopper and Pearson. The error is the true one: true joints on the true base against the "
+            "target, not what the host sees.",
         ),
         Heading("Pointing error while transmitting"),
-        Plot(_distribution(found), "Share of the time of transmission in which the error was larger."),
+        Plot(_distribution(found), "Share of the time of transmission in which the error was larger than that."),
         Table(
             ("Share of the time", "Error not exceeded [deg]"),
             [(f"{100.0 * share:g} %", f"{math.degrees(found.quantile_rad(share)):.3f}") for share in _SHARES],
@@ -179,8 +182,8 @@ def certificate_blocks(found: Certificate) -> list[Block]:
             "Not in it: alignment of the antenna's beam, flexing of the airframe, refraction, errors of the orbit.",
         ),
         Text(
-            f"Computing took {sum(one.computed_s for one in flights):.0f} s of a processor, "
-            f"{np.median([one.computed_s for one in flights]):.2f} s a flight."
+            f"Computing took {sum(one.computed_s for one in flights):.3g} s of a processor, "
+            f"{np.median([one.computed_s for one in flights]):.2g} s a flight."
         ),
     ]
 
@@ -194,20 +197,28 @@ def _words(key: str) -> str:
 
 
 def _cells(interval: ShareInterval) -> tuple[str, str]:
-    return _percent(interval.value), f"{_percent(interval.low)} to {_percent(interval.high)}"
+    """A share and its interval, with two digits of the interval's width."""
+    width = 100.0 * (interval.high - interval.low)
+    if not width > 0.0:
+        return _percent(interval.value, 3), "-"
+    digits = min(max(1 - math.floor(math.log10(width)), 0), 3)
+    low, high = (_percent(one, digits) for one in (interval.low, interval.high))
+    return _percent(interval.value, digits), f"{low.removesuffix(' %')} to {high}"
+
+
+def _percent(value: float, digits: int) -> str:
+    return "100 %" if value == 1.0 else f"{100.0 * value:.{digits}f} %"
 
 
 def _group(words: str, flights: Sequence[FlownFlight]) -> tuple[str, ...]:
     if not sum(one.transmitting_s for one in flights):
         return words, str(len(flights)), "-", "-", "-"
-    within = of_time([one.within_s for one in flights], [one.transmitting_s for one in flights])
-    value, interval = _cells(within)
     # whole flights are resampled: of one there is nothing to choose from
+    within = of_time([one.within_s for one in flights], [one.transmitting_s for one in flights])
     return (
         words,
         str(len(flights)),
-        value,
-        "-" if len(flights) == 1 else interval,
+        *_cells(within),
         f"{math.degrees(max(one.worst_rad for one in flights)):.3f}",
     )
 
@@ -221,13 +232,18 @@ def _distribution(found: Certificate) -> Drawing:
     steps = np.degrees(ERROR_STEP_RAD) * np.arange(1, len(time_s) + 1)
     shown = beyond > 0.5e-3 / whole
     drawn = figure("", "error [deg]", "share of the time [%]")
-    drawn.add_scatter(x=steps[shown], y=100.0 * beyond[shown], name="larger than this", line=dict(color=MEASURED))
+    lowest = math.floor(math.log10(100.0 * float(beyond[shown].min()))) if shown.any() else -4
+    drawn.add_scatter(x=steps[shown], y=100.0 * beyond[shown], name="true error", line=dict(color=MEASURED))
     need = found.task.requirement
     limits = ((need.within_rad, "requirement", "dash"), (need.mute_beyond_rad, "muted beyond", "dot"))
     for limit, words, dash in limits:
         drawn.add_scatter(
-            x=[math.degrees(limit)] * 2, y=[1e-4, 100.0], name=words, mode="lines", line=dict(color=ALERT, dash=dash)
+            x=[math.degrees(limit)] * 2,
+            y=[10.0**lowest, 100.0],
+            name=words,
+            mode="lines",
+            line=dict(color=ALERT, dash=dash),
         )
-    drawn.update_yaxes(type="log", range=[-4, 2], tickvals=_TICKS, ticktext=[f"{one:g}" for one in _TICKS])
+    drawn.update_yaxes(type="log", range=[lowest, 2], tickvals=_TICKS, ticktext=[f"{one:g}" for one in _TICKS])
     drawn.update_xaxes(range=[0.0, 1.1 * math.degrees(need.mute_beyond_rad)])
     return drawn

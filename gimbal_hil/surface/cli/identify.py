@@ -268,7 +268,8 @@ def _lines(results: Sequence[AxisIdentification]) -> list[str]:
             verdict = e.verdict.value.replace("_", " ")
             # where nothing was found there is no interval, and the value is the model's
             within = f"({e.interval_text}) " if e.fitted_ends else ""
-            lines.append(f"  {e.name:<18} {e.value_text:>10}  {within}{e.unit:<10} {verdict}")
+            unit = "" if e.unit == "1" else e.unit
+            lines.append(f"  {e.name:<18} {e.value_text:>10}  {within}{unit:<10} {verdict}")
             if e.reason:
                 lines.append(f"  {'':<18} {e.reason}" + (f"; to settle it: {e.experiment}" if e.experiment else ""))
         lines += [f"  ! {finding.text}" for finding in result.findings]

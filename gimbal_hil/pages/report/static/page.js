@@ -5,6 +5,12 @@
   // the same hues, light enough to be seen on a dark page
   const LIGHTER = {"#1f6f8b": "#5bb3d0", "#d1603d": "#ee8a66", "#6a4c93": "#b59ae0", "#8a94a0": "#a5afba",
     "#b3261e": "#ff7b70", "#4a8c5c": "#7cc492", "#b8860b": "#d9a93a", "#1c2530": "#dde5ec"};
+  // of the words beside a figure, as plotly draws them
+  const DASHES = {dash: "6 3", dot: "2 2", dashdot: "6 2 2 2", longdash: "9 3"};
+  const SHAPES = {square: "M7 2h8v8h-8z", diamond: "M11 0l6 6-6 6-6-6z", "triangle-up": "M11 1l5 9h-10z",
+    "triangle-down": "M11 11l5-9h-10z", cross: "M9 1h4v3h3v4h-3v3h-4v-3h-3v-4h3z",
+    x: "M7 1l4 3 4-3 2 2-3 3 3 3-2 2-4-3-4 3-2-2 3-3-3-3z", pentagon: "M11 1l5 4-2 6h-6l-2-6z",
+    hexagon: "M8 1h6l3 5-3 5h-6l-3-5z", star: "M11 0l2 4h4l-3 3 1 5-4-3-4 3 1-5-3-3h4z"};
   const places = [...document.querySelectorAll(".plot")];
   let held = null, printing = false, alone = false;
 
@@ -42,6 +48,14 @@
     // as large as the numbers beside it: a longer one is cut off on a phone
     for (const name of Object.keys(layout).filter(name => /^[xy]axis/.test(name)))
       layout[name].title = {...layout[name].title, font: {size: layout.font.size}};
+    // level numbers, and no more of them than a phone has room for: of more than two decades the powers of ten
+    for (const name of Object.keys(layout).filter(name => /^xaxis/.test(name))) {
+      const axis = layout[name], ticks = axis.tickvals || [];
+      axis.tickangle = axis.tickangle || 0;
+      if (narrow && axis.type === "log" && ticks.length > 15) {
+        axis.ticktext = axis.ticktext.map((text, k) => Number.isInteger(Math.round(1e6 * Math.log10(ticks[k])) / 1e6) ? text : "");
+      } else if (narrow && !ticks.length) axis.nticks = 5;
+    }
     // on paper two figures of usual height fit on a sheet, and none is cut in two
     if (printing && !alone) layout.height = Math.min(0.6 * layout.height, SHEET);
     place.style.height = `${layout.height}px`;
@@ -51,14 +65,19 @@
 
   const swatch = trace => {
     const lines = (trace.mode || "").includes("lines") && trace.line, colour = (lines ? trace.line : trace.marker).color;
-    const dash = lines && trace.line.dash !== "solid" ? "4 3" : "none";
-    const shape = lines ? `<line x1="0" x2="22" y1="6" y2="6" stroke-width="2.5" stroke-dasharray="${dash}"/>`
-      : String(trace.marker.symbol).startsWith("line-ns") ? '<rect x="10" y="0" width="2" height="12"/>'
-      : trace.type === "bar" ? '<rect x="6" y="1" width="10" height="10"/>' : '<circle cx="11" cy="6" r="4"/>';
+    const dash = lines && DASHES[trace.line.dash] || "none";
+    const [symbol, open] = String([(trace.marker || {}).symbol || "circle"].flat()[0]).split(/-(?=open)/);
+    const mark = symbol in SHAPES ? `<path d="${SHAPES[symbol]}"/>` : '<circle cx="11" cy="6" r="4"/>';
+    const shape = lines ? `<line x1="0" x2="22" y1="6" y2="6" stroke-width="2.5" stroke-dasharray="${dash}"/>${
+        (trace.mode || "").includes("markers") ? mark : ""}`
+      : symbol.startsWith("line-ns") ? '<rect x="10" y="0" width="2" height="12"/>'
+      : trace.type === "bar" ? '<rect x="6" y="1" width="10" height="10"/>'
+      : mark;
     const span = document.createElement("span");
     span.innerHTML = `<svg width="22" height="12" aria-hidden="true">${shape}</svg>`;
     const one = Array.isArray(colour) ? colour[0] : colour;
-    span.firstChild.setAttribute(lines ? "stroke" : "fill", one);
+    span.firstChild.setAttribute("fill", open ? "none" : one);
+    if (lines || open) span.firstChild.setAttribute("stroke", one);
     return span.firstChild;
   };
 
