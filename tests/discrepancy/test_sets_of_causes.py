@@ -178,3 +178,25 @@ def test_of_causes_that_do_not_stand_the_least_probable_goes_first_however_few_n
     found, gone = decided(monkeypatch, a_state(unbalance, viscous, load), Remainder(7.0, 1.4, Predictable(0.9, 0.0)))
     assert gone == [load]
     assert [one.standing.label for one in found.told] == [unbalance, viscous] and found.kind is Kind.NAMED
+
+
+def test_of_two_that_take_each_others_place_in_turn_the_one_that_explains_surely_more_is_judged(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    spring, unbalance = ("cable_spring", "inner"), ("static_unbalance", "inner")
+
+    def standings(inquiry: Any, stated: Any, null: Any, state: Any, path: Any, left: Any) -> tuple[Standing, ...]:
+        (label,) = state.hypothesis.labels
+        other = unbalance if label == spring else spring
+        rival: Any = SimpleNamespace(state=a_state(other), label=other, at_bound=(), extra=0.1, close=lambda _: True)
+        return (replace(SOUND, label=label, rivals=(rival,)),)
+
+    def told(inquiry: Any, standing: Standing, found: Any, left: Any, suspected_only: bool) -> Told:
+        return Told(standing, Status.AMBIGUOUS, (), 0.48, 0.97, shown=True)
+
+    monkeypatch.setattr(deciding, "standings", standings)
+    monkeypatch.setattr(deciding, "_told", told)
+    monkeypatch.setattr(deciding, "_is_plainer", lambda rival, standing: rival.label == unbalance)
+    monkeypatch.setattr(deciding, "_surely_beats", lambda inquiry, state, standing, rival: rival.label == spring)
+    found, went = decided(monkeypatch, a_state(spring), Remainder(6.8, 0.7, Predictable(0.0, 0.0)))
+    assert [one.standing.label for one in found.told] == [spring] and found.kind is Kind.AMBIGUOUS and not went

@@ -115,14 +115,16 @@ def decide(
         state = _as_numbers(inquiry, state) if by_command else state
         beside_a_curve: dict[tuple[str, str], Told] = {}
         in_the_set: dict[tuple[str, str], Told] = {}
+        replaced: set[frozenset[tuple[str, str]]] = set()
         for _ in range(_TURNS * len(set(state.hypothesis.labels))):
             if not no_worse(null.untouched, state.untouched):
                 # what leaves more than the model alone explains nothing
                 break
             left = remainders(inquiry, null, state)
             found = standings(inquiry, stated, null, state, path, left)
-            instead = _better_instead(inquiry, state, found)
+            instead = _better_instead(inquiry, state, found, replaced)
             if instead is not None:
+                replaced.add(_set_of(state))
                 state = settled(inquiry, instead)
                 continue
             anew = (_told(inquiry, s, found, left, suspected_only) for s in found)
@@ -224,14 +226,27 @@ def _as_numbers(inquiry: Inquiry, state: State) -> State:
     return state
 
 
-def _better_instead(inquiry: Inquiry, state: State, found: tuple[Standing, ...]) -> State | None:
+def _set_of(state: State) -> frozenset[tuple[str, str]]:
+    """The causes of a state."""
+    return frozenset(state.hypothesis.labels)
+
+
+def _better_instead(
+    inquiry: Inquiry, state: State, found: tuple[Standing, ...], replaced: set[frozenset[tuple[str, str]]]
+) -> State | None:
     """The state with another cause in the place of one that it surely beats, or of one at its bound, where that is no
     longer what its name says, if it leaves little more than a cause must take to be told; or with what needs nothing
     new, where data do not tell the two apart. None where there is none.
+
+    What was `replaced` comes back only where it surely explains more, and then it stays: causes that take each other's
+    place in turn are alternatives, to be judged as such.
     """
     for standing in found:
         for rival in standing.rivals:
             if rival.at_bound or not rival.state.hypothesis.causes:
+                continue
+            came_from = _set_of(rival.state) in replaced
+            if came_from and (_is_plainer(rival, standing) or _set_of(state) in replaced):
                 continue
             if _is_plainer(rival, standing) and rival.close(inquiry.policy):
                 return rival.state
