@@ -204,7 +204,18 @@ def _as_moved(twin: Twin, hypothesis: Hypothesis) -> tuple[Structure, np.ndarray
                     P[place] = knob.moved(float(P[place]), x)
                 else:
                     write_number(twin.model, P, axis, place, knob.moved(read_number(twin.model, P, axis, place), x))
+        if cause.family.ripple is not None:
+            _turn_about_middle(cause.family, P, structure.P, offset)
     return structure, P
+
+
+def _turn_about_middle(family: Family, P: np.ndarray, stated: np.ndarray, offset: int) -> None:
+    """Give a ripple of another order, whose parameters begin at `offset`, the phase with which the middle of the travel
+    keeps its angle.
+    """
+    slots = {parameter.name: offset + j for j, parameter in enumerate(CATALOGUE[family.effect].parameters)}
+    if {"order", "phase"} <= slots.keys():
+        P[slots["phase"]] -= family.middle * (P[slots["order"]] - stated[slots["order"]])
 
 
 def _places(effect: str, knob: Knob, offset: int) -> list[int | str]:
