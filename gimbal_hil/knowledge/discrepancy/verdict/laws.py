@@ -48,7 +48,7 @@ def told_laws(result: Result) -> str:
         said.append(
             f" It looks like {curve.shape.text}: up to {size}, seen from "
             f"{low:.3g} to {high:.3g} {unit} of {over.value.replace('_', ' ')}{_outside(law)}. It takes "
-            f"{law.gain:.0%} of the squares on rows that had no part in it."
+            f"{law.gain:.0%} of the squares on rows that had no part in it.{_as_well(law)}"
         )
     return "".join(said)
 
@@ -57,6 +57,12 @@ def _outside(law: DescribedLaw) -> str:
     """What a law says where nothing was seen, and its form where it has one."""
     if law.formula is None:
         return " and held constant outside"
-    others = " or ".join(law.formula.alike)
-    untold = f", which these data do not tell from {others}" if others else ""
-    return f"; it has the form of {law.formula.phrase}{untold}: {law.formula.text}"
+    return f"; it has the form of {law.formula.phrase}: {law.formula.text}"
+
+
+def _as_well(law: DescribedLaw) -> str:
+    """That it need not have this form, where others fit these data as well: the record lists them."""
+    count = 0 if law.formula is None else len(law.formula.alike)
+    if not count:
+        return ""
+    return f" {count} other form{'s fit' if count > 1 else ' fits'} these data as well (looks_like in verdict.json)."
