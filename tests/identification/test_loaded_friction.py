@@ -13,11 +13,12 @@ from gimbal_hil.knowledge.identification.rigid_axis import RigidAxisFit, fit_rig
 from tests.cases.joint import BENCH, TRUE
 
 
-def fitted(weight: float, under_load: float, is_known: bool, seed: int = 1) -> RigidAxisFit:
+def fitted(weight: float, under_load: float, is_known: bool, per_direction: bool = False) -> RigidAxisFit:
     """The regression of a joint under a weight, which its model has or lacks; the own simulator makes the log."""
-    log = replace(BENCH, weight=weight, under_load=under_load).log(seed=seed)
+    log = replace(BENCH, weight=weight, under_load=under_load).log()
     known = -weight * np.sin(log.position) if is_known else None
-    return fit_rigid_axis(log.time, log.position, log.torque, regression_rule(1.0 / BENCH.rate_hz), known=known)
+    rule = replace(regression_rule(1.0 / BENCH.rate_hz), per_direction=per_direction)
+    return fit_rigid_axis(log.time, log.position, log.torque, rule, known=known)
 
 
 @pytest.mark.parametrize("is_known", [True, False], ids=["in-the-model", "not-in-the-model"])
@@ -40,3 +41,12 @@ def test_a_load_that_changes_no_friction_is_not_told() -> None:
 def test_without_a_load_there_is_none_to_grow_with() -> None:
     fit = fitted(0.0, 0.0, False)
     assert not fit.warnings and fit.value("coulomb") == pytest.approx(TRUE["coulomb"], rel=0.02)
+
+
+@pytest.mark.parametrize(("under_load", "told"), [(0.1, True), (0.015, False)])
+def test_levels_of_each_direction_are_without_a_load_too(under_load: float, told: bool) -> None:
+    fit = fitted(0.15, under_load, True, per_direction=True)
+    for one in ("coulomb_positive", "coulomb_negative"):
+        assert fit.value(one) == pytest.approx(TRUE["coulomb"], rel=0.02)
+    # friction under load is told by what it is of the Coulomb levels, and of no other number
+    assert bool([one for one in fit.warnings if one.rule == "friction_under_load"]) is told

@@ -50,10 +50,11 @@ def loaded_friction(
     position takes nothing, or the interval of the share reaches no load's friction or all of the load.
     """
     found = None
+    if not np.any(motion.known) and not any(isinstance(one, PositionSlope) for one in over):
+        return None
+    fit = fit_shifted(next(motion.problems(over))[0])
     for _ in range(_ROUNDS):
-        load = _load(motion, over, fit_shifted(next(motion.problems(over))[0]), numbers)
-        if not np.any(load):
-            return None
+        load = _load(motion, over, fit)
         motion = replace(motion, load=load)
         fit = fit_shifted(next(motion.problems(over))[0])
         over = moved_over(over, fit.solution[numbers:])
@@ -62,27 +63,31 @@ def loaded_friction(
         low, high = np.percentile(replicates[:, len(fit.solution) - 1], [2.5, 97.5])
         if not 0.0 < low <= high < 1.0:
             return None
-        is_news = share * float(np.mean(np.abs(load))) > _NEWS * abs(float(fit.solution[2]))
+        is_news = share * float(np.mean(np.abs(load))) > _NEWS * abs(_coulomb(fit, motion.rule.per_direction))
         interval = Interval(min(share, float(low)), max(share, float(high)))
         found = LoadedFriction(share, interval, motion, over, is_news)
     return found
 
 
-def _load(motion: AxisMotion, over: tuple[OverPosition, ...], fit: ShiftedFit, numbers: int) -> Vector:
+def _load(motion: AxisMotion, over: tuple[OverPosition, ...], fit: ShiftedFit) -> Vector:
     """What position takes of the torque, (n,): what was known before, and slopes over position with the offset, of
     which nobody knows how much belongs to them.
     """
+    slopes = [one for one in over if isinstance(one, PositionSlope)]
     load = -motion.known
-    slopes = [(j, one) for j, one in enumerate(over) if isinstance(one, PositionSlope)]
-    for index, one in slopes:
-        first = numbers + 3 * index
-        load = load + np.column_stack(one.columns(motion.position)) @ fit.solution[first : first + 3]
+    for one in slopes:
+        load = load + np.column_stack(one.columns(motion.position)) @ np.array(one.sizes)
     return load + _offset(fit, motion.rule.per_direction) if slopes else load
 
 
 def _offset(fit: ShiftedFit, per_direction: bool) -> float:
     """The torque that is the same both ways: a number, or half the difference of two Coulomb levels."""
     return float(0.5 * (fit.solution[3] - fit.solution[4]) if per_direction else fit.solution[3])
+
+
+def _coulomb(fit: ShiftedFit, per_direction: bool) -> float:
+    """The Coulomb level, or the mean of those of both directions."""
+    return float(0.5 * (fit.solution[3] + fit.solution[4]) if per_direction else fit.solution[2])
 
 
 __all__ = ["LoadedFriction", "loaded_friction"]

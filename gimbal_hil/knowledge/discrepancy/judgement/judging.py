@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import at_bound
 from gimbal_hil.knowledge.discrepancy.inquiry import (
@@ -107,7 +108,8 @@ def standings(
     """
     labels = list(dict.fromkeys(state.hypothesis.labels))
     missing = np.array([remainder.predictable.beyond for remainder in left])
-    found = (_standing(inquiry, stated, null, state, path, label, missing) for label in labels)
+    gaps = channels_with_a_gap(inquiry, null.fitted, inquiry.in_order(null))
+    found = (_standing(inquiry, stated, null, state, path, label, missing, gaps) for label in labels)
     return tuple(sorted(found, key=lambda s: -s.share))
 
 
@@ -119,6 +121,7 @@ def _standing(
     path: Path,
     label: tuple[str, str],
     missing: Floats,
+    gaps: NDArray[np.bool_],
 ) -> Standing:
     inquiry.tell(f"what else could {label[0].replace('_', ' ')} be")
     entries = tuple(i for i, other in enumerate(state.hypothesis.labels) if other == label)
@@ -138,7 +141,6 @@ def _standing(
     bare = refitted(inquiry, state, rest, rounds=0)
     # of a number that is off, the same number within its uncertainty took a part before
     there = stated if CATALOGUE[label[0]].is_number else null
-    least = inquiry.policy.least_squares
     return Standing(
         entries, label, late, surely_less(inquiry, without, state),
         float(taken[channel] / max(squares_of(without)[channel], 1e-300)), control_share(inquiry, without, lead),
@@ -146,7 +148,7 @@ def _standing(
         predictable(inquiry, state, channel, _own_variables(label[0])),
         _at_bound(inquiry, state, entries), _unseen(inquiry, state, bare), channel,
         float(np.sum(mean_squares(without.held_out()) - mean_squares(state.held_out()))), taken,
-        bool(np.any(taken[channels_with_a_gap(inquiry, null.fitted, inquiry.in_order(null))] >= least)),
+        bool(np.any(taken[gaps] >= inquiry.policy.least_squares)),
         _any_curve(inquiry, without, state, entries), unevenness(inquiry, bare, state, channel),
         min(strength_error(inquiry, state, i) for i in entries),
         float((rms(_rows(bare) - _rows(state)) / np.maximum(rms(_rows(there)), 1.0))[channel]),
