@@ -38,7 +38,7 @@ class LoadedFriction:
         text = (
             f"friction grows with the torque that position takes (a weight, a spring), by {number_text(self.share, 3)} "
             f"({low} to {high}) of it: the numbers were fitted beside it, and coulomb is what is left without a load; "
-            "gimbal-hil discrepancy adds it to the model"
+            "what the model lacks there, gimbal-hil discrepancy says"
         )
         return DataWarning("friction_under_load", text)
 

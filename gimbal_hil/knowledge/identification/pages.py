@@ -70,7 +70,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     priors = [e for e in result.estimates if e.verdict is Determination.NOT_IDENTIFIED]
     count = len(found)
     against = f"{_findings(len(result.findings))} against data or model."
-    answer = f"{count} of {len(result.estimates)} friction numbers identified{_least_sure(found)}; {against}"
+    answer = f"{count} of {len(result.estimates)} numbers identified{_least_sure(found)}; {against}"
     if len(priors) == len(result.estimates) and not result.findings:
         answer = f"No friction number of {result.axis} can be had from these logs: its model keeps its numbers."
     blocks: list[Block] = [Heading(result.axis)]
