@@ -16,7 +16,13 @@ from sim_backend.model.numbers import (
     gyro_filter,
 )
 from sim_backend.model.shipped import CONTROL_ANTENNA, model_named, shipped_model, shipped_model_path
-from sim_backend.model.tilt import has_weight, position_has_a_zero, stands_upright, with_tilt_left_open
+from sim_backend.model.tilt import (
+    has_weight,
+    mass_stands_in,
+    position_has_a_zero,
+    stands_upright,
+    with_weight_left_open,
+)
 
 __all__ = [
     "CENTRE",
@@ -49,6 +55,7 @@ __all__ = [
     "has_weight",
     "lag_decay",
     "load_model",
+    "mass_stands_in",
     "model_from_document",
     "model_named",
     "plant_arrays",
@@ -59,5 +66,5 @@ __all__ = [
     "shipped_model_path",
     "stands_upright",
     "unit_text",
-    "with_tilt_left_open",
+    "with_weight_left_open",
 ]

@@ -6,6 +6,11 @@ from firmware_protocol.documents import copied
 from sim_backend.effects import Variable
 from sim_backend.model.file import ModelKind
 from sim_backend.model.model import AntennaModel, model_from_document
+from sim_backend.model.uncertainty import DEFAULT_SOURCE
+
+#: stands in for a mass that nobody states, and where it says that it comes from
+_NOBODY = "assumed: only its product with a distance counts"
+_KILOGRAM = {"value": 1.0, "unit": "kg", "source": _NOBODY, "uncertainty": 0.0}
 
 
 def stands_upright(model: AntennaModel) -> bool:
@@ -13,14 +18,31 @@ def stands_upright(model: AntennaModel) -> bool:
     return model.kind is ModelKind.ROTARY and model.file.incline_sine == 0.0
 
 
-def with_tilt_left_open(model: AntennaModel) -> AntennaModel:
-    """The model of a single rotary axis with the axis level, where its file does not say how the axis lies and has no
-    weight off it; else the model itself. It moves as before, and a weight that it lacks may act.
+def with_weight_left_open(model: AntennaModel) -> AntennaModel:
+    """The model of a single rotary axis that a weight may act on: level where its file does not say how the axis lies
+    and has no weight off it, and of one kilogram at the axis where it states no mass; else the model itself.
+
+    It moves as before. Of the kilogram only its product with a distance counts.
     """
-    if model.kind is not ModelKind.ROTARY or "incline_sine" in model.file.model_fields_set:
+    if model.kind is not ModelKind.ROTARY:
         return model
-    level = model_from_document(copied(model.document) | {"incline_sine": 1.0}, model.where)
-    return model if has_weight(level, model.axes[0]) else level
+    axis, document = model.axes[0], copied(model.document)
+    level = model
+    if "incline_sine" not in model.file.model_fields_set:
+        level = model_from_document(document | {"incline_sine": 1.0}, model.where)
+        if has_weight(level, axis):
+            return model
+    if stands_upright(level) or level.numbers[axis, "body.mass"].source != DEFAULT_SOURCE:
+        return level
+    document = copied(level.document)
+    section = document["axes"][axis]
+    section["body"] = section.get("body", {}) | {"mass": _KILOGRAM}
+    return model_from_document(document, model.where)
+
+
+def mass_stands_in(model: AntennaModel, axis: str) -> bool:
+    """Whether the mass of an axis is the kilogram that stands in for one that nobody stated."""
+    return model.numbers[axis, "body.mass"].source == _NOBODY
 
 
 def has_weight(model: AntennaModel, axis: str) -> bool:

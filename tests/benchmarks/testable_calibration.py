@@ -24,6 +24,7 @@ from gimbal_hil.knowledge.discrepancy.foreseen import Shows
 from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, survey_motion
 from gimbal_hil.knowledge.improvement import rehearse
 from gimbal_hil.loop.settings import shipped_settings
+from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel, shipped_model
 
 SHARES = (0.5, 1.0, 2.0)
@@ -38,9 +39,13 @@ def survey(model: AntennaModel, number: int, seed: int) -> SignalsTable | None:
 
 
 def put_in(model: AntennaModel, one: Shows, share: float) -> AntennaModel:
-    """The antenna with an effect at a share of the size from which it is foreseen to show."""
+    """The antenna with an effect at a share of the size from which it is foreseen to show; numbers of it that the
+    antenna has and that were not moved stay.
+    """
+    parameters = CATALOGUE[one.name].parameters
+    stay = {p.name: model.number(one.axis, model.number_path(one.axis, p.path)) for p in parameters if p.path}
     values = {name: without + share * (value - without) for name, without, value in one.values}
-    return model.with_effect(one.name, one.axis, values)
+    return model.with_effect(one.name, one.axis, stay | values)
 
 
 def outcome(model: AntennaModel, one: Shows, share: float) -> dict[str, Any]:

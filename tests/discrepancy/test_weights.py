@@ -16,14 +16,14 @@ from tests.discrepancy.test_logs_of_strangers import COULOMB, INERTIA, STEP, swi
 WEIGHT_NM = 0.3
 
 
-def asked(**more: float) -> dict[str, Any]:
+def asked(states_mass: bool = True, **more: float) -> dict[str, Any]:
     """The verdict on two logs of a pendulum, with a model without its weight."""
     logs: list[SignalsTable] = []
     for speed in (1.0, 0.8):
         t, torque, position = swing(12.0, noise=0.003, speed=speed)
         logs.append(table({"pan.torque": torque + WEIGHT_NM * np.sin(position), "pan.position": position}, t))
     axis = {
-        "body": {"mass": 1.0, "inertia": {"zz": INERTIA}},
+        "body": ({"mass": 1.0} if states_mass else {}) | {"inertia": {"zz": INERTIA}},
         "friction": {"coulomb": COULOMB, "breakaway": COULOMB, "viscous": 0.001},
         "encoder": {"step": STEP},
     }
@@ -36,6 +36,14 @@ def test_where_the_model_says_nothing_a_weight_is_told() -> None:
     found = asked()
     assert found["verdict"] == "named" and [e["name"] for e in found["effects"]] == ["static_unbalance"]
     assert found["effects"][0]["parameters"]["cog_y"]["value"] == pytest.approx(-WEIGHT_NM / 9.81, rel=0.02)
+
+
+@pytest.mark.heavy
+def test_a_weight_is_told_of_an_axis_whose_model_states_no_mass() -> None:
+    found = asked(states_mass=False)
+    assert found["verdict"] == "named" and [e["name"] for e in found["effects"]] == ["static_unbalance"]
+    assert found["effects"][0]["parameters"]["cog_y"]["value"] == pytest.approx(-WEIGHT_NM / 9.81, rel=0.02)
+    assert any("states no mass of pan: 1 kg stands in for it" in note for note in found["notes"])
 
 
 @pytest.mark.heavy

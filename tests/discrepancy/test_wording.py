@@ -27,7 +27,8 @@ def test_an_effect_on_two_axes_has_the_alternatives_of_its_own_axis() -> None:
 
 
 def test_an_effect_that_was_asked_for_and_not_tested_is_told_with_the_reason() -> None:
-    result: Any = SimpleNamespace(request=SimpleNamespace(only=("gyro_bias",)), told=())
+    path = SimpleNamespace(state=SimpleNamespace(hypothesis=SimpleNamespace(labels=())))
+    result: Any = SimpleNamespace(request=SimpleNamespace(only=("gyro_bias",)), told=(), path=path)
     unseen = [{"name": name, "axis": "EL", "reason": "the data has no rate column"} for name in ("gyro_bias", "slip")]
     assert wording.told_unseen(result, unseen) == " Gyro bias on EL was not tested: the data has no rate column."
 

@@ -13,11 +13,12 @@ from sim_backend.layout import POSITION
 from sim_backend.model import (
     AntennaModel,
     has_weight,
+    mass_stands_in,
     model_from_document,
     position_has_a_zero,
     shipped_model,
     stands_upright,
-    with_tilt_left_open,
+    with_weight_left_open,
 )
 from sim_backend.plant import Plant
 
@@ -66,7 +67,7 @@ def test_a_slope_pulls_a_linear_axis_down() -> None:
 
 def test_an_axis_of_which_nobody_says_how_it_lies_may_have_a_weight_and_moves_as_before() -> None:
     unsaid = axis_of("rotary", {"inertia": {"zz": 4.0}, "mass": 3.0})  # type: ignore[dict-item]
-    open_ = with_tilt_left_open(unsaid)
+    open_ = with_weight_left_open(unsaid)
     torque = 5.0 * np.sin(np.arange(500) * 0.01)[:, None]
     np.testing.assert_array_equal(Plant(open_).run(torque).position, Plant(unsaid).run(torque).position)
     assert stands_upright(unsaid) and not stands_upright(open_)
@@ -75,7 +76,21 @@ def test_an_axis_of_which_nobody_says_how_it_lies_may_have_a_weight_and_moves_as
     # a file that says it, or has a weight already, is taken at its word
     said = axis_of("rotary", {"inertia": {"zz": 4.0}, "mass": 3.0}, incline_sine=0.0)  # type: ignore[dict-item]
     off = unsaid.with_numbers("slide", {"body.cog.x": 0.1})
-    assert with_tilt_left_open(said) is said and with_tilt_left_open(off) is off
+    assert with_weight_left_open(said) is said and with_weight_left_open(off) is off
+
+
+def test_a_kilogram_stands_in_for_a_mass_that_nobody_states() -> None:
+    unsaid = axis_of("rotary", {"inertia": {"zz": 4.0}})  # type: ignore[dict-item]
+    open_ = with_weight_left_open(unsaid)
+    torque = 5.0 * np.sin(np.arange(500) * 0.01)[:, None]
+    np.testing.assert_array_equal(Plant(open_).run(torque).position, Plant(unsaid).run(torque).position)
+    assert open_.number("slide", "body.mass") == 1.0 and mass_stands_in(open_, "slide")
+    assert open_.uncertainty("slide", "body.mass") == 0.0
+    # a mass that is stated stands, also none, and an axis that is said to be upright has no weight
+    none = axis_of("rotary", {"inertia": {"zz": 4.0}, "mass": 0.0}, incline_sine=1.0)  # type: ignore[dict-item]
+    upright = axis_of("rotary", {"inertia": {"zz": 4.0}}, incline_sine=0.0)  # type: ignore[dict-item]
+    assert with_weight_left_open(none) is none and with_weight_left_open(upright) is upright
+    assert with_weight_left_open(axis_of("linear", {"mass": 4.0})).number("slide", "body.mass") == 4.0
 
 
 def test_position_has_a_zero_where_a_weight_or_an_effect_says_so() -> None:

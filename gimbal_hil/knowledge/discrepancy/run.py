@@ -45,7 +45,7 @@ from gimbal_hil.knowledge.discrepancy.laws import described
 from gimbal_hil.knowledge.discrepancy.noise import moves
 from gimbal_hil.knowledge.discrepancy.search import Path, explain, explain_again
 from gimbal_hil.knowledge.executor import WorkExecutor, open_executor
-from sim_backend.model import with_tilt_left_open
+from sim_backend.model import with_weight_left_open
 
 #: floors that fell below this share of what they were under an explanation are worth another look
 _FALLEN = 0.8
@@ -64,7 +64,7 @@ def diagnose(
 
 
 def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str], None]) -> Result:
-    request = replace(request, model=with_tilt_left_open(request.model))
+    request = replace(request, model=with_weight_left_open(request.model))
     measured, holdout, suspected_only = with_hold_out(request.measured, request.holdout)
     begun = _begun(request, measured, holdout, executor, progress)
     only_there = False

@@ -39,8 +39,8 @@ from gimbal_hil.knowledge.discrepancy.verdict.wording import (
     told_hidden,
     told_unseen,
 )
-from sim_backend.effects import CATALOGUE
-from sim_backend.model import AntennaModel
+from sim_backend.effects import CATALOGUE, Variable
+from sim_backend.model import AntennaModel, mass_stands_in
 
 #: floors above which a second channel is worth a place; standard deviations by which a number has moved at all
 _HAS_A_GAP, _HARDLY = 1.3, 0.05
@@ -228,6 +228,11 @@ def _notes(result: Result) -> list[str]:
     found = [f"{source}: too short for the scored band, left out" for source in result.inquiry.left_out]
     if result.only_in_hold_out:
         found.append("only the hold-out has a gap: a part of it was fitted with the other logs, and the rest judged")
+    found += [
+        f"the model states no mass of {axis}: 1 kg stands in for it, and the centre of mass is where 1 kg would be"
+        for name, axis in (one.standing.label for one in result.told)
+        if Variable.ATTITUDE in CATALOGUE[name].acts_through and mass_stands_in(result.model, axis)
+    ]
     return found
 
 

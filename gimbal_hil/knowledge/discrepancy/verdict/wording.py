@@ -234,9 +234,9 @@ def _undetermined(effect: Json) -> str:
 
 def told_unseen(result: Result, unseen: Sequence[Json]) -> str:
     """Which effects that were asked for these data cannot show; a weight too, where something over position is told of
-    an axis that the model has upright.
+    an axis that the model has upright, or was tried there.
     """
-    labels = [one.standing.label for one in result.told]
+    labels = [one.standing.label for one in result.told] or result.path.state.hypothesis.labels
     placed = {axis for name, axis in labels if name in CATALOGUE and Variable.POSITION in CATALOGUE[name].acts_through}
     asked = [e for e in unseen if e["name"] in result.request.only or (e["reason"] == UPRIGHT and e["axis"] in placed)]
     return "".join(f" {_at_first(_name(e['name'], e['axis']))} was not tested: {e['reason']}." for e in asked)
