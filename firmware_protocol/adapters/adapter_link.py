@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 from firmware_protocol.adapters.bus import Bus, open_bus
 from firmware_protocol.adapters.drive import DriveTiming, farewell
@@ -11,8 +12,8 @@ from firmware_protocol.adapters.gateway import Gateway
 from firmware_protocol.adapters.registry import drive_named
 from firmware_protocol.links import AdapterLinkConfig, BusClaim, CanFrame, LinkBasis, LinkState, wait_readable
 
-#: buses that have one host by themselves: in one process, one peer of a socket, a port that is claimed
-_ONE_HOST = ("virtual", "unix", "slcan")
+#: buses that have one host by themselves: in one process, a port that is claimed
+_ONE_HOST = ("virtual", "slcan")
 
 
 class AdapterLink(LinkBasis):
@@ -109,8 +110,11 @@ class AdapterLink(LinkBasis):
         return -1 if self._bus is None else self._bus.fileno()
 
     def _connect(self) -> None:
-        if self._config.interface not in _ONE_HOST:
-            self._claim = BusClaim(f"{self._config.interface} {self._config.channel}")
+        bus = f"{self._config.interface} {self._config.channel}"
+        if self._config.interface == "unix":
+            self._claim = BusClaim.of_socket(bus, Path(str(self._config.channel)))
+        elif self._config.interface not in _ONE_HOST:
+            self._claim = BusClaim(bus)
         try:
             self._bus = self._open()
         except BaseException:

@@ -72,8 +72,8 @@ class BusClaim:
     forgets with the process. LinkError says who has it. A name is of one network namespace, as a CAN interface is.
     """
 
-    def __init__(self, bus: str) -> None:
-        address = f"\0gimbal-hil host of {bus}"
+    def __init__(self, bus: str, name: str = "") -> None:
+        address = f"\0gimbal-hil host of {name or bus}"
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
             self._socket.bind(address)
@@ -81,6 +81,17 @@ class BusClaim:
         except OSError as error:
             self._socket.close()
             raise LinkError(f"link: {bus}: {_busy(_listener_at(address)).strerror}; expected that one ended") from error
+
+    @classmethod
+    def of_socket(cls, bus: str, path: Path) -> BusClaim | None:
+        """The host's part on a Unix socket, where a second host would wait unheard; None where there is no socket. By
+        the file's number: a path has several spellings, and may be longer than a name.
+        """
+        try:
+            place = path.stat()
+        except OSError:
+            return None
+        return cls(bus, f"socket {place.st_dev}:{place.st_ino}")
 
     def release(self) -> None:
         """Let the bus go."""

@@ -9,6 +9,7 @@ import socket
 from pathlib import Path
 
 from firmware_protocol.errors import LinkError
+from firmware_protocol.links.claims import BusClaim
 from firmware_protocol.links.descriptor import wait_readable
 from firmware_protocol.links.link import LinkBasis, LinkState
 from firmware_protocol.links.unix_socket import UnixListener, connected_to, unix_reason
@@ -30,6 +31,7 @@ class UnixLink(LinkBasis):
         self._path, self._listen = path, listen
         self._listener: UnixListener | None = None
         self._peer: socket.socket | None = None
+        self._claim: BusClaim | None = None
         self._poll = select.poll()
         self._connect()
 
@@ -90,8 +92,10 @@ class UnixLink(LinkBasis):
                 self._listener = UnixListener(self._path)
                 self._state = LinkState.WAITING
             else:
+                self._claim = BusClaim.of_socket(self.name, self._path)
                 self._take_peer(connected_to(self._path))
         except OSError as error:
+            self._give_back()
             raise LinkError(
                 f"link.path: {self._path}: {unix_reason(error)}; expected a Unix socket that a peer listens on"
             ) from error
@@ -126,3 +130,9 @@ class UnixLink(LinkBasis):
         if self._peer is not None:
             self._peer.close()
             self._peer = None
+        self._give_back()
+
+    def _give_back(self) -> None:
+        if self._claim is not None:
+            self._claim.release()
+            self._claim = None
