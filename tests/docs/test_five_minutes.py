@@ -27,10 +27,10 @@ SEARCH_PATIENCE_S = 900.0
 pytestmark = [pytest.mark.realtime]
 
 
-def lines_of(page: Path) -> list[str]:
+def lines_of(page: Path, first: int = 1) -> list[str]:
+    """Commands of a page from its block `first` on: block 0 mostly installs, which whoever runs a test has done."""
     blocks = re.findall(r"^```sh\n(.*?)^```$", page.read_text(encoding="utf-8"), re.M | re.S)
-    # the first block installs, which whoever runs this test has done
-    return [line for block in blocks[1:] for line in block.splitlines()]
+    return [line for block in blocks[first:] for line in block.splitlines()]
 
 
 def unnumbered(line: str) -> str:
