@@ -100,6 +100,13 @@ def test_what_differs_from_turn_to_turn_or_is_too_fine_is_left_out_with_its_reas
     assert set(tables.files) == {"inner.friction.csv"}
 
 
+@pytest.mark.parametrize(("order", "held"), [(13.9999, True), (14.2, False)])
+def test_a_fitted_order_that_is_whole_within_its_digits_goes_into_a_table(order: float, held: bool) -> None:
+    tables = drive_tables(rippled(order=order), link_of("moteus"), {"inner": Motor(0.1)})[1]
+    assert tables.ripple.holds_something is held
+    assert held or "every turn" in tables.left_out[-1].reason
+
+
 def test_every_number_of_friction_and_every_effect_is_on_a_list() -> None:
     model = rippled().with_effect("load_dependent_friction", "inner", {"coefficient": 0.05})
     model = model.with_effect("coulomb_asymmetry", "inner", {"asymmetry": 0.2})

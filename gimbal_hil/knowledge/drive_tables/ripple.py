@@ -18,9 +18,8 @@ from sim_backend.model import AntennaModel, EffectEntry
 
 #: what a table may leave of an effect before it is no use
 MOST_LEFT = 0.2
-#: how far two turns of a rotor may differ, a share of the effect, for it to be called the same in both
-_SAME = 1e-3
-_TURNS_COMPARED = (1, 2, 3, 5)
+#: turns of the rotor that one table has to do for
+_TURNS = (0, 1, 2, 3, 5)
 _FINE = 16
 
 
@@ -56,22 +55,23 @@ def ripple_table(
     nearly, left = [], []
     for entry in (entry for entry in model.effects if entry.axis == drive.axis and is_over_position(entry)):
         item = _item(entry)
-        ripple = -_torque(entry, drive.joint_at_rotor(fine))
-        size = float(np.sqrt(np.mean(ripple**2)))
-        again = [-_torque(entry, drive.joint_at_rotor(fine + turn)) for turn in _TURNS_COMPARED]
+        ripple = np.array([-_torque(entry, drive.joint_at_rotor(fine + turn)) for turn in _TURNS])
+        size = float(np.sqrt(np.mean(ripple[0] ** 2)))
         if size == 0.0:
             left.append(Remark(item, "it is zero"))
             continue
-        if any(float(np.sqrt(np.mean((other - ripple) ** 2))) > _SAME * size for other in again):
-            left.append(Remark(item, "it is not the same in every turn of the rotor"))
-            continue
         table = -_torque(entry, drive.joint_at_rotor(turns))
-        share = float(np.sqrt(np.mean((stored(table, fine) - ripple) ** 2))) / size
-        if share > MOST_LEFT:
-            left.append(Remark(item, f"{places} places a turn are too few: they would leave {100 * share:.0f} % of it"))
-            continue
-        total += table
-        nearly.append(Remark(item, f"{places} places a turn leave {100 * share:.1f} % of it"))
+        # of a ripple whose order is all but whole the next turns are a little further off than the first
+        first, *further = np.sqrt(np.mean((stored(table, fine) - ripple) ** 2, axis=1)) / size
+        most = max(further)
+        if first > MOST_LEFT:
+            left.append(Remark(item, f"{places} places a turn are too few: they would leave {100 * first:.0f} % of it"))
+        elif most > MOST_LEFT:
+            said = f"one turn's table would leave {100 * most:.0f} % of it {_TURNS[-1]} turns further"
+            left.append(Remark(item, f"it is not the same in every turn of the rotor: {said}"))
+        else:
+            total += table
+            nearly.append(Remark(item, f"{places} places a turn leave {100 * max(first, most):.1f} % of it"))
     return RippleTable(total, tuple(nearly), tuple(left))
 
 
