@@ -20,8 +20,9 @@ def test_a_pair_that_cannot_be_told_apart_is_said_with_what_is_known_of_it() -> 
     # 1.96 sqrt(2 (1 -+ 0.98)) over 1/0.2 + 1/0.2
     text = pair(-0.98, (0.2, 0.2)).worst("elevation")
     assert text.startswith("viscous and coulomb of elevation cannot be told apart (correlation -0.980)")
-    assert "their sum is known to 3.9 %, their difference to 39 %" in text
-    assert "their difference is known to 3.9 %, their sum to 39 %" in pair(0.98, (0.2, 0.2)).worst("elevation")
+    assert "a weighted sum of them is known to 3.9 %, how it divides between them to 39 % only" in text
+    other = pair(0.98, (0.2, 0.2)).worst("elevation")
+    assert "a weighted difference of them is known to 3.9 %, how large both are to 39 % only" in other
 
 
 def test_a_pair_that_is_known_although_it_hangs_together_is_not_called_unknown() -> None:

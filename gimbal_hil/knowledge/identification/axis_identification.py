@@ -321,7 +321,7 @@ def _why_none(name: str, velocity_map: VelocityMap | None) -> str:
     """Why nothing speaks of a number: no motion that depends on it, or too few steady speeds for a friction curve."""
     seen = 0 if velocity_map is None else len(velocity_map.points)
     if name in ("sigma0", "sigma1") or seen == 0:
-        return "no data that depend on it"
+        return "nothing in these logs depends on it"
     return f"{seen} steady speeds, and a friction curve takes {LEAST_POINTS} at least, both directions counted"
 
 

@@ -61,17 +61,13 @@ class Correlations:
         if abs(r) < HANG_TOGETHER:
             return f"the numbers of {axis} are told apart (closest: {one} and {other}, correlation {r:.2f})"
         together, apart = self._sum_and_difference(pair)
-        best, worst = ("sum", "difference") if r < 0.0 else ("difference", "sum")
-        if best == "difference":
-            together, apart = apart, together
-        how = (
-            "cannot be told apart"
-            if apart > IDENTIFIED_RELATIVE_WIDTH
-            else "are correlated, and each is known nonetheless"
-        )
+        known, left = ("sum", "how it divides between them") if r < 0.0 else ("difference", "how large both are")
+        together, apart = sorted((together, apart))
+        if apart <= IDENTIFIED_RELATIVE_WIDTH:
+            return f"{one} and {other} of {axis} are correlated ({r:.3f}), and each is known nonetheless"
         return (
-            f"{one} and {other} of {axis} {how} (correlation {r:.3f}): their {best} is known to "
-            f"{_percent(together)}, their {worst} to {_percent(apart)} (each counted in its own errors)"
+            f"{one} and {other} of {axis} cannot be told apart (correlation {r:.3f}): a weighted {known} of them is "
+            f"known to {_percent(together)}, {left} to {_percent(apart)} only"
         )
 
     def _sum_and_difference(self, pair: tuple[int, int]) -> tuple[float, float]:

@@ -248,8 +248,8 @@ def told_hidden(result: Result) -> str:
     left: dict[str, list[str]] = {}
     for name, axis in result.hidden:
         if (name, axis) not in told:
-            left.setdefault(axis, []).append(CATALOGUE[name].asked_as)
-    hidden = ", or ".join(f"{' or '.join(names)} on {axis}" for axis, names in left.items())
+            left.setdefault(CATALOGUE[name].asked_as, []).append(axis)
+    hidden = ", or the right ".join(f"{name} on {' or '.join(axes)}" for name, axes in left.items())
     return f" These logs would not have shown half or twice the right {hidden}." if hidden else ""
 
 
