@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text
+from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text, counted
 from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant
 from gimbal_hil.pointing.arena.controllers import least_margin_on
 from gimbal_hil.pointing.arena.error_dots import Dots, error_dots
@@ -44,12 +44,16 @@ _COLOURS = [
 _DASHES = ("solid", "dash", "dot", "dashdot")
 #: how many times the best error still counts as the best
 _CLOSE = 1.1
+_WORST = (
+    "Steps are left out; behind is more than 10 % worse than the best controller of a case, and the columns after it "
+    "say how many times its error, at most, and where."
+)
 #: scenarios whose errors are drawn over time, where they are among those run
 _DRAWN = 3
 
 
 def arena_text(found: ArenaResult) -> str:
-    """One line a scenario and antenna, then the worst case of every controller."""
+    """The worst case of every controller, then one line a scenario and antenna."""
     names = [entrant.name for entrant in found.entrants]
     header = ["scenario", "antenna", *names]
     lines = [
@@ -57,16 +61,18 @@ def arena_text(found: ArenaResult) -> str:
         for antenna in found.antennas
         for one in hardest_first(found, found.scenarios, antenna)
     ]
-    widths = [max(len(row[i]) for row in [header, *lines]) for i in range(len(header))]
-    table = [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in [header, *lines]
-    ]
+    worst = _worst_table(found)
     about = (
-        f"line-of-sight error, µrad rms, mean of {found.seeds} seeds; steps: the error at rest, overshoot in percent, "
-        "settling in s"
+        f"line-of-sight error, µrad rms, mean of {counted(found.seeds, 'seed')}; steps: the error at rest, overshoot "
+        "in percent, settling in s"
     )
-    return "\n".join([*_worst_lines(found), "", about, "", *table])
+    said = [*_aligned([worst.header, *worst.rows]), "", _WORST] if worst.rows else []
+    return "\n".join([*said, "", *_aligned([header, *lines]), "", about])
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
 def hardest_first(found: ArenaResult, scenarios: Sequence[Scenario], antenna: str) -> list[Scenario]:
@@ -90,25 +96,6 @@ def _line_of_sight_row(found: ArenaResult, scenario: Scenario, antenna: str) -> 
     return [scenario.name, antenna, *cells]
 
 
-def _worst_lines(found: ArenaResult) -> list[str]:
-    lines = []
-    for antenna in found.antennas:
-        for entrant in found.entrants:
-            worst = found.worst(antenna, entrant.name)
-            if worst is not None:
-                size = "tripped" if worst[1] == float("inf") else f"{_MICRO * worst[1]:.1f} µrad"
-                told = f"worst case of {entrant.name} on {_short(antenna)}, steps apart: {worst[0]}, {size}"
-                behind = _behind(found, antenna, entrant.name)
-                if behind is not None:
-                    told += (
-                        f"; over 10 % behind the best in {behind.count} of {behind.rows} cases, at most "
-                        f"{_three_digits(behind.most)} times the best's error ({behind.where})"
-                    )
-                swings = "; its loops are not stable on this antenna: what is shown is a limit cycle"
-                lines.append(told + (swings if _is_limit_cycle(entrant, antenna) else ""))
-    return lines
-
-
 def _worst_table(found: ArenaResult) -> Table:
     """The worst case of every controller, and how far it is behind the best one."""
     rows = []
@@ -129,8 +116,7 @@ def _worst_table(found: ArenaResult) -> Table:
     return Table(
         cut[0],
         cut[1:],
-        "Steps are left out; behind is more than 10 % worse than the best controller of a case, and the last columns "
-        "say how many times its error, at most, and where.",
+        _WORST,
     )
 
 

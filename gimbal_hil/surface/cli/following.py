@@ -67,6 +67,17 @@ def _experiment(name: str, origin: LogOrigin, model: object, out: Path, short: b
     return command_line(*words, config=origin.config, run=origin.run, model=model, out=_new(out))
 
 
+def _with_model(model: object, origin: LogOrigin, folder: Path) -> str:
+    """The first use of a model that explains its logs: a step beside it, or gains for it where the antenna is on a link
+    that no daemon drives any more.
+    """
+    if origin.config is not None and not _is_embedded(origin.config):
+        return command_line(
+            "tune", config=origin.config, model=model, out=_new(origin.config.with_suffix(".tuned.yaml"))
+        )
+    return _experiment("step", origin, model, folder / "step_with_model")
+
+
 def _is_embedded(config: Path) -> bool:
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.loop.settings import EmbeddedAntenna, load_settings
@@ -282,8 +293,8 @@ def after_discrepancy(
     made: Path | None = None,
     assumed: Collection[str] = (),
 ) -> str:
-    """The run that decides what is open, `made` for it where that is there, else a step with the model as it is now;
-    where nothing can be judged because numbers (names of effects) are `assumed`, friction or the model file; on a
+    """The run that decides what is open, `made` for it where that is there, else the first use of the model as it is
+    now; where nothing can be judged because numbers (names of effects) are `assumed`, friction or the model file; on a
     single axis, which no experiment moves, what the catalogue says of the cause.
     """
     from gimbal_hil.knowledge.discrepancy import Kind
@@ -305,7 +316,7 @@ def after_discrepancy(
         name = "sliding" if assumed else "survey"
         return _experiment(name, origin_of(logs), model, out.parent / name)
     use = out / "model.yaml" if found in (Kind.NAMED, Kind.DESCRIBED) else recalibrated or model
-    return _experiment("step", origin_of(logs), use, out.parent / "step_with_model")
+    return _with_model(use, origin_of(logs), out.parent)
 
 
 def after_joint(joint: str, inertia: float, out: Path) -> str:
@@ -334,7 +345,7 @@ def after_improve(out: Path, config: Path | None, at_the_floor: bool, run: Path 
     """A step with the improved model, or another improvement from where this one ended."""
     model = out / "model.yaml"
     if at_the_floor:
-        return _experiment("step", LogOrigin(None if run else config, run), model, out / "step_with_model")
+        return _with_model(model, LogOrigin(None if run else config, run), out)
     if not model.exists():
         return command_line("doctor", config=config)
     return command_line("improve", config=config, run=run, model=model, out=_new(out.with_name(f"{out.name}_on")))
