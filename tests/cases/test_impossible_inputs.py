@@ -130,7 +130,7 @@ REFUSED: dict[str, Case] = {
     "20 torques lost to zero": lambda: (
         spoilt("torque", SOME, 0.0),
         (),
-        r"joint.torque, row 542 .* reads 0, which did nothing to the motion .*--repair",
+        r"joint.torque, row 542 .* reads 0, which did nothing to the motion.*20 rows in all.*--repair",
     ),
     "torque stuck for a second": lambda: (
         spoilt("torque", np.arange(3000, 3500), LOG.torque[3000]),

@@ -95,8 +95,30 @@ def test_torques_that_read_zero_and_are_each_lost_in_the_noise_are_found_togethe
     torque = LOG.torque.copy()
     rows = np.sort(np.random.default_rng(many).choice(np.arange(300, ROWS - 300), many, replace=False))
     torque[rows] = 0.0
-    with pytest.raises(BadInputError, match=r"reads 0, which did nothing to the motion \(\d+ rows in all\)"):
+    said = r"reads 0, which did nothing to the motion, the same in many .*\(\d+ rows in all\)"
+    with pytest.raises(BadInputError, match=said):
         asked(folder, LOG.but(torque=torque).text())
+
+
+@pytest.mark.parametrize("rows", [2, 3, 5, 8])
+def test_pulses_of_several_rows_that_did_nothing_are_found_whole(folder: Path, rows: int) -> None:
+    first = 40 * np.sort(np.random.default_rng(rows).choice(np.arange(8, ROWS // 40 - 8), 40 // rows, replace=False))
+    planted = (first[:, None] + np.arange(rows)).ravel()
+    torque = LOG.torque.copy()
+    torque[planted] += 0.9
+    said = rf"row {planted[0] + 1} at .* did nothing .*\({len(planted)} rows in all\)"
+    with pytest.raises(BadInputError, match=said):
+        asked(folder, LOG.but(torque=torque).text())
+
+
+@pytest.mark.parametrize("rows", [1, 3, 8])
+def test_pulses_of_several_rows_that_moved_the_joint_stay(folder: Path, rows: int) -> None:
+    added = np.where(np.isin(np.arange(ROWS) // rows, SOME // rows), 0.3 / rows, 0.0)
+    faster = np.concatenate([[0.0], np.cumsum(added * 0.002 / BENCH.inertia)[:-1]])
+    moved = LOG.position + 0.002 * np.cumsum(faster) + 0.5 * added * 0.002**2 / BENCH.inertia
+    step = 2.0 * np.pi / COUNTS
+    torque = LOG.torque + added + BENCH.viscous * faster
+    asked(folder, LOG.but(torque=torque, position=np.round(moved / step) * step).text())
 
 
 def test_torques_that_moved_the_joint_stay_whatever_they_stand_out_by(folder: Path) -> None:

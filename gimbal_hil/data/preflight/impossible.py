@@ -42,11 +42,11 @@ class Impossible:
         return self.fault is ColumnFault.SPIKE
 
 
-def median_around(values: Floats) -> Floats:
-    """Running median of the rows around each, (n,)."""
+def median_around(values: Floats, around: int = AROUND) -> Floats:
+    """Running median of so many rows to either side of each, (n,)."""
     from scipy.ndimage import median_filter
 
-    return np.asarray(median_filter(values, 2 * AROUND + 1, mode="mirror"))
+    return np.asarray(median_filter(values, 2 * around + 1, mode="mirror"))
 
 
 def scatter_of(values: Floats) -> float:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,12 +29,15 @@ _NEAR = 0.1
 #: a torque stands out by so many times the scatter of the log, by this share of the torques that it has, and by so many
 #: times what all but one row in five around it do: a loop at its limit chatters, and of that a joint answers little
 _STANDS_OUT, _OF_ALL, _BESIDE, _BESIDE_SHARE = 20.0, 0.3, 3.0, 80.0
+#: rows of a pulse that may be no motion's, and to either side those whose median it stands out from
+_LONGEST_PULSE, _PULSE_AROUND = 8, 12
 #: rows over which speed is taken before and after, and by which a drive may be late
 _SPEED_ROWS, _LATE_ROWS = 5, 8
 #: what such a torque should do to the speed is seen when this share of it is so many scatters; less was done
 _ANSWERED, _SEEN = 0.25, 4.0
-#: encoder steps that a joint that slides goes to either side of such a torque, and what its neighbours have of it
-_SLIDES, _ALONE = 20.0, 0.3
+#: encoder steps that a joint that slides goes to either side of such a torque, and what its neighbours have of it; what
+#: others have of its size that are of its kind
+_SLIDES, _ALONE, _LIKE = 20.0, 0.3, 0.75
 #: so many such torques of one number, and this share of them, are a mark, in rows that stand out by so many scatters
 _FEWEST_MARKS, _ALL_MARKS, _MARKED = 5, 0.9, 5.0
 #: a saturated loop goes beyond the limit in steps below this share of it
@@ -117,37 +121,101 @@ def _tops(torque: Floats, most: float) -> tuple[int, ...] | None:
 
 
 def _unanswered(model: AntennaModel, table: SignalsTable, axis: str, torque: Floats) -> NDArray[np.int64]:
-    """Rows whose torque stands out and would have changed the speed so that it shows, each by itself or all of them
+    """Rows of pulses that stand out and would have changed the speed so that it shows, each by itself or all of them
     together, and did not.
     """
-    off = torque - median_around(torque)
-    least = np.maximum(_STANDS_OUT * scatter_of(off), _BESIDE * _around(np.abs(off)))
-    reach = 2 * (_SPEED_ROWS + 1) + _LATE_ROWS
-    rows = np.flatnonzero(np.abs(off) > least)
-    rows = rows[(rows > reach) & (rows < len(torque) - reach - 1)]
-    if len(rows) == 0:
-        return rows
-    position, step = table.position(axis), model.number(axis, "encoder.step")
-    changes = _changes_of_speed(position, table.period_s)
-    noise = max(scatter_of(changes), step / (_SPEED_ROWS * table.period_s))
-    asked = off[rows] * table.period_s / max(model.number(axis, model.own_inertia_path(axis)), 1e-12)
-    answers = changes[rows[:, None] + 1 + np.arange(_LATE_ROWS + 1)] * np.sign(asked)[:, None]
-    large = np.abs(off[rows]) > _OF_ALL * float(np.quantile(np.abs(torque), _ALMOST_ALL))
-    seen = _ANSWERED * np.abs(asked)
-    alone = large & (seen > _SEEN * noise) & (np.max(answers, axis=1) < seen)
-    # a joint that sticks answers nothing, one that turns back changes its friction, and a single row is no motion's
-    before, after = position[rows] - position[rows - reach], position[rows + reach] - position[rows]
-    single = np.maximum(np.abs(off[rows - 1]), np.abs(off[rows + 1])) < _ALONE * np.abs(off[rows])
-    slides = single & (np.minimum(np.abs(before), np.abs(after)) > _SLIDES * step) & (before * after > 0.0) & ~alone
-    weights = np.abs(asked[slides])
+    pulses = _pulses(torque)
+    step, period_s = model.number(axis, "encoder.step"), table.period_s
+    per_torque = period_s / max(model.number(axis, model.own_inertia_path(axis)), 1e-12)
+    asked, answers, slides = _answered(pulses, table.position(axis), torque, period_s, per_torque, step)
+    if len(asked) == 0:
+        return np.zeros(0, np.int64)
+    sizes = np.array([abs(pulse.torque) / pulse.rows for pulse in pulses])
+    single = np.array([pulse.beside for pulse in pulses]) < _ALONE * sizes
+    large = sizes > _OF_ALL * float(np.quantile(np.abs(torque), _ALMOST_ALL))
+    no_answer = np.max(answers, axis=1) < _ANSWERED * asked
+    # friction may hold what lasts for rows; a single row of such a size is no motion's, whatever the joint does
+    told = large & (slides | np.array([pulse.rows == 1 for pulse in pulses]))
+    alone = told & (_ANSWERED * asked > _SEEN) & no_answer
+    slides &= single & ~alone
+    weights = asked[slides]
     squares = float(np.sum(weights**2))
     share = np.max(weights @ answers[slides], initial=0.0) / max(squares, 1e-300)
     # each torque by itself may be lost in the noise, and all of them together not
-    together = _ANSWERED * np.sqrt(squares) > _SEEN * noise and share < _ANSWERED
+    together = _ANSWERED * np.sqrt(squares) > _SEEN and share < _ANSWERED
     unanswered = alone | slides if together else alone
-    # then those as large are none either, at which the joint turned back
-    like = single & (np.abs(off[rows]) >= np.min(np.abs(off[rows[unanswered]]), initial=np.inf))
-    return np.asarray(rows[unanswered | like])
+    # then others of about their size are none either, at which the joint turned back
+    usual = float(np.median(sizes[unanswered])) if np.any(unanswered) else np.inf
+    like = single & no_answer & (sizes > _LIKE * usual)
+    rows = [
+        np.arange(one.first, one.first + one.rows)
+        for one, is_so in zip(pulses, unanswered | like, strict=True)
+        if is_so
+    ]
+    return np.concatenate([np.zeros(0, np.int64), *rows])
+
+
+@dataclass(frozen=True)
+class _Pulse:
+    """Rows in a row whose torque stands out to one side: the first, how many, by how much in all, and by how much the
+    larger of its neighbours does.
+    """
+
+    first: int
+    rows: int
+    torque: float
+    beside: float
+
+
+def _pulses(torque: Floats) -> list[_Pulse]:
+    """All that are short enough to be no motion's and far enough from both ends to see what they did."""
+    off = torque - median_around(torque, _PULSE_AROUND)
+    stands_out = np.abs(off) > np.maximum(_STANDS_OUT * scatter_of(off), _BESIDE * _around(np.abs(off)))
+    side = np.sign(off) * stands_out
+    edges = np.flatnonzero(np.diff(side, prepend=0.0, append=0.0))
+    found = []
+    for first, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        reach = _reach_of(end - first)
+        if side[first] != 0.0 and end - first <= _LONGEST_PULSE and reach < first < end < len(torque) - reach:
+            beside = float(max(abs(off[first - 1]), abs(off[end])))
+            found.append(_Pulse(first, end - first, float(np.sum(off[first:end])), beside))
+    return found
+
+
+def _reach_of(rows: int) -> int:
+    """Rows to either side that tell what a pulse of so many did."""
+    return 2 * (_SPEED_ROWS + rows) + _LATE_ROWS
+
+
+def _answered(
+    pulses: Sequence[_Pulse], position: Floats, torque: Floats, period_s: float, per_torque: float, step: float
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """Of each pulse, in units of what noise makes of such a change: by how much it should change the speed (n,), by how
+    much that changed to its side, so many rows later (n, late); and whether the joint slides on through it (n,).
+    """
+    asked, answers, slides = np.zeros(len(pulses)), np.zeros((len(pulses), _LATE_ROWS + 1)), []
+    # where the torque without its pulses would have led to
+    led_to = np.cumsum(np.cumsum(median_around(torque, _PULSE_AROUND))) * per_torque * period_s
+    changes: dict[int, tuple[Floats, float]] = {}
+    for k, pulse in enumerate(pulses):
+        if pulse.rows not in changes:
+            change = _unexplained(*(_changes_of_speed(one, pulse.rows, period_s) for one in (position, led_to)))
+            changes[pulse.rows] = change, max(scatter_of(change), step / (_SPEED_ROWS * period_s))
+        change, noise = changes[pulse.rows]
+        late = change[pulse.first : pulse.first + _LATE_ROWS + 1]
+        asked[k], answers[k] = abs(pulse.torque) * per_torque / noise, late * np.sign(pulse.torque) / noise
+        # a joint that sticks answers nothing, one that turns back changes its friction, and one that is slow stops
+        first, last, reach = pulse.first, pulse.first + pulse.rows - 1, _reach_of(pulse.rows)
+        before, after = position[first] - position[first - reach], position[last + reach] - position[last]
+        least = max(_SLIDES * step, _ANSWERED * abs(pulse.torque) * per_torque * reach * period_s)
+        slides.append(min(abs(before), abs(after)) > least and before * after > 0.0)
+    return asked, answers, np.array(slides, np.bool_)
+
+
+def _unexplained(change: Floats, explained: Floats) -> Floats:
+    """What of changes (n,) is no multiple of those that are explained (n,)."""
+    squares = float(explained @ explained)
+    return change - (float(change @ explained) / squares if squares > 0.0 else 0.0) * explained
 
 
 def _marks(torque: Floats, without: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -167,19 +235,21 @@ def _around(sizes: Floats) -> Floats:
     """What all but one in five of the rows around each one do not exceed, (n,)."""
     from scipy.ndimage import percentile_filter
 
-    return np.asarray(percentile_filter(sizes, _BESIDE_SHARE, 4 * AROUND + 1, mode="mirror"))
+    return np.asarray(percentile_filter(sizes, _BESIDE_SHARE, 4 * _PULSE_AROUND + 1, mode="mirror"))
 
 
-def _changes_of_speed(position: Floats, period_s: float) -> Floats:
-    """By how much the speed after each row differs from that before, beyond what it does to either side, (n,)."""
+def _changes_of_speed(position: Floats, rows: int, period_s: float) -> Floats:
+    """By how much the speed after a pulse of so many rows that begins with each row differs from that before, beyond
+    what it does to either side, (n,).
+    """
     n, k = len(position), _SPEED_ROWS
-    speed = np.zeros(n)
-    speed[: n - k] = (position[k:] - position[:-k]) / (k * period_s)
+    speed = (position[k:] - position[:-k]) / (k * period_s)
     change = np.zeros(n)
-    change[k:] = speed[k:] - speed[:-k]
-    apart = k + 1
-    beside = np.zeros(n)
-    beside[apart : n - apart] = 0.5 * (change[2 * apart :] + change[: n - 2 * apart])
-    changed = change - beside
-    changed[: 2 * apart] = changed[n - 2 * apart :] = 0.0
+    change[k : n - k - rows] = speed[k + rows :] - speed[: n - 2 * k - rows]
+    apart = k + rows
+    changed = np.zeros(n)
+    inside = slice(k + apart, n - k - rows - apart)
+    changed[inside] = change[inside] - 0.5 * (
+        change[k + 2 * apart : n - k - rows] + change[k : n - k - rows - 2 * apart]
+    )
     return changed
