@@ -184,7 +184,7 @@ def test_a_product_keeps_being_one_while_its_memory_is_fitted(monkeypatch: pytes
 
     for name, fake in (("seen_of", seen_of), ("columns_on", columns_on), ("channel_of", lambda inquiry, axis: 0)):
         monkeypatch.setattr(curve, name, fake)
-    inquiry = cast(Inquiry, SimpleNamespace(twin=SimpleNamespace(records=(0,))))
+    inquiry = cast(Inquiry, SimpleNamespace(twin=SimpleNamespace(records=(SimpleNamespace(seconds=60.0),))))
     noise = np.random.default_rng(6).normal(size=len(speed))
     fitted = straight(noise - 30.0 * speed * np.exp(-2.0 * recent(3.1)), np.zeros(len(speed)), trust=0.1)
     shape = LawShape("axis", ActsOn.FRICTION, (Over.SPEED, Over.RECENT_SPEED), memory_s=1.5)
@@ -215,7 +215,7 @@ def test_what_hangs_back_gets_its_slack_and_its_softness(monkeypatch: pytest.Mon
         curve, "columns_on", lambda inquiry, seen, knots, factor=None: basis(seen.columns[0][0], knots[0])
     )
     monkeypatch.setattr(curve, "channel_of", lambda inquiry, axis: 0)
-    inquiry = cast(Inquiry, SimpleNamespace(twin=SimpleNamespace(records=(0,))))
+    inquiry = cast(Inquiry, SimpleNamespace(twin=SimpleNamespace(records=(SimpleNamespace(seconds=60.0),))))
     noise = np.random.default_rng(6).normal(size=len(t))
     for softness in (0.0, 1.0):
         fitted = straight(noise - 100.0 * hanging_back(0.2, softness), np.zeros(len(t)), trust=0.1)

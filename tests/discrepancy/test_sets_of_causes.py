@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gimbal_hil.knowledge.discrepancy.inquiry.policy import Policy
-from gimbal_hil.knowledge.discrepancy.judgement import deciding
+from gimbal_hil.knowledge.discrepancy.judgement import deciding, instead
 from gimbal_hil.knowledge.discrepancy.judgement.deciding import Decision, Kind, Status, Told
 from gimbal_hil.knowledge.discrepancy.judgement.exhaustion import Predictable
 from gimbal_hil.knowledge.discrepancy.judgement.judging import Remainder, Standing
@@ -39,6 +39,7 @@ def decided(monkeypatch: pytest.MonkeyPatch, found: Any, left: Remainder) -> tup
     monkeypatch.setattr(deciding, "_leaves_a_gap", lambda *_: True)
     monkeypatch.setattr(deciding, "_only_noise", lambda *_: False)
     monkeypatch.setattr(deciding, "depends_on", lambda *_: None)
+    monkeypatch.setattr(instead, "stands_out", lambda *_: False)
     inquiry: Any = SimpleNamespace(policy=Policy(), families=range(30))
     path: Any = SimpleNamespace(state=found)
     return deciding.decide(inquiry, a_state(), a_state(), path, False, False), gone
@@ -93,7 +94,7 @@ def test_of_two_that_data_do_not_tell_apart_a_number_of_the_model_is_plainer(
 ) -> None:
     state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=((rival, "outer"),)))
     standing = replace(SOUND, label=(cause, "outer"))
-    assert deciding._is_plainer(Rival(state, ((rival, "outer"),), 0.0, 0.0, same=same), standing) is plainer
+    assert instead._is_plainer(Rival(state, ((rival, "outer"),), 0.0, 0.0, same=same), standing) is plainer
 
 
 def test_a_further_order_of_a_ripple_that_is_there_is_plainer_than_a_new_name() -> None:
@@ -101,7 +102,7 @@ def test_a_further_order_of_a_ripple_that_is_there_is_plainer_than_a_new_name() 
     state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=(ripple, ripple)))
     further = Rival(state, (ripple,), 0.1, 1.0, same=False)
     for cause, plainer in (("position_dependent_friction", True), ("static_unbalance", False)):
-        assert deciding._is_plainer(further, replace(SOUND, label=(cause, "outer"))) is plainer
+        assert instead._is_plainer(further, replace(SOUND, label=(cause, "outer"))) is plainer
 
 
 @dataclass(frozen=True)
@@ -196,7 +197,49 @@ def test_of_two_that_take_each_others_place_in_turn_the_one_that_explains_surely
 
     monkeypatch.setattr(deciding, "standings", standings)
     monkeypatch.setattr(deciding, "_told", told)
-    monkeypatch.setattr(deciding, "_is_plainer", lambda rival, standing: rival.label == unbalance)
-    monkeypatch.setattr(deciding, "_surely_beats", lambda inquiry, state, standing, rival: rival.label == spring)
+    monkeypatch.setattr(instead, "_is_plainer", lambda rival, standing: rival.label == unbalance)
+    monkeypatch.setattr(instead, "_surely_beats", lambda inquiry, state, standing, rival: rival.label == spring)
     found, went = decided(monkeypatch, a_state(spring), Remainder(6.8, 0.7, Predictable(0.0, 0.0)))
     assert [one.standing.label for one in found.told] == [spring] and found.kind is Kind.AMBIGUOUS and not went
+
+
+@pytest.mark.parametrize(("spring_does_as_well", "ripple"), [(False, False), (True, False), (False, True)])
+def test_where_a_gap_is_left_a_rival_with_one_cause_beside_it_is_weighed_against_the_cause_with_the_same(
+    spring_does_as_well: bool, ripple: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spring, unbalance, offset = ((name, "inner") for name in ("cable_spring", "static_unbalance", "coulomb_asymmetry"))
+
+    class Held(SimpleNamespace):
+        """A hypothesis by its labels."""
+
+        def plus(self, cause: Any) -> Any:
+            return Held(labels=(*self.labels, cause.label), causes=(*self.causes, cause))
+
+    def state(*labels: Label) -> Any:
+        causes = tuple(SimpleNamespace(label=one, family=SimpleNamespace(ripple=ripple)) for one in labels)
+        return SimpleNamespace(hypothesis=Held(labels=labels, causes=causes))
+
+    rival: Any = SimpleNamespace(
+        state=state(unbalance), label=unbalance, is_cause=True, same=False, is_there=False, at_bound=(), extra=0.9,
+        close=lambda _: False, plainer=None,
+    )  # fmt: skip
+    weighed: list[tuple[Label, ...]] = []
+
+    def surely(inquiry: Any, old: Any, new: Any) -> float:
+        weighed.append(old.hypothesis.labels)
+        return 0.0 if spring_does_as_well else 9.0
+
+    monkeypatch.setattr(instead, "stands_out", lambda *_: True)
+    monkeypatch.setattr(instead, "extended", lambda *_: SimpleNamespace(state=state(unbalance, offset)))
+    monkeypatch.setattr(instead, "refitted", lambda inquiry, state, hypothesis: SimpleNamespace(hypothesis=hypothesis))
+    monkeypatch.setattr(instead, "settled", lambda inquiry, state: state)
+    monkeypatch.setattr(instead, "surely", surely)
+    monkeypatch.setattr(instead, "clearly_better", lambda *_: not spring_does_as_well)
+    inquiry: Any = SimpleNamespace(policy=Policy(), tell=lambda _: None)
+    standing = replace(SOUND, label=spring, rivals=(rival,))
+    found = instead.better_instead(inquiry, state(spring), (standing,), set(), SimpleNamespace(heard=()))  # type: ignore[arg-type]
+    if spring_does_as_well or ripple:
+        assert found is None
+    else:
+        assert found is not None and found.hypothesis.labels == (unbalance, offset)
+    assert all(one == (spring, offset) for one in weighed) and bool(weighed) is not ripple

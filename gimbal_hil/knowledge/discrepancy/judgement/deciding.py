@@ -10,6 +10,7 @@ import numpy as np
 from gimbal_hil.knowledge.discrepancy.hypotheses import Cause, plainer_of
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Policy, State, refitted, settled, squares_of
 from gimbal_hil.knowledge.discrepancy.judgement.gap import is_a_gap
+from gimbal_hil.knowledge.discrepancy.judgement.instead import better_instead, set_of
 from gimbal_hil.knowledge.discrepancy.judgement.judging import Remainder, Standing, depends_on, remainders, standings
 from gimbal_hil.knowledge.discrepancy.judgement.rivals import Rival
 from gimbal_hil.knowledge.discrepancy.judgement.wander import left_beside_wander
@@ -19,16 +20,11 @@ from gimbal_hil.knowledge.discrepancy.search import (
     extended,
     given_back,
     no_worse,
-    numbers_of,
-    surely,
-    with_more_room,
 )
 from sim_backend.effects import CATALOGUE, Variable
 
 #: how often the judgement may begin anew for each cause: one left out, replaced, or replaced once more
 _TURNS = 3
-#: a rival that takes a cause's place has at most so many numbers more
-_MORE_NUMBERS = 1
 #: alternatives that are told
 _MOST_RIVALS = 3
 
@@ -122,9 +118,9 @@ def decide(
                 break
             left = remainders(inquiry, null, state)
             found = standings(inquiry, stated, null, state, path, left)
-            instead = _better_instead(inquiry, state, found, replaced)
+            instead = better_instead(inquiry, state, found, replaced, path)
             if instead is not None:
-                replaced.add(_set_of(state))
+                replaced.add(set_of(state))
                 state = settled(inquiry, instead)
                 continue
             anew = (_told(inquiry, s, found, left, suspected_only) for s in found)
@@ -224,65 +220,6 @@ def _as_numbers(inquiry: Inquiry, state: State) -> State:
         if after < (1.0 + inquiry.policy.same) * before:
             state = other
     return state
-
-
-def _set_of(state: State) -> frozenset[tuple[str, str]]:
-    """The causes of a state."""
-    return frozenset(state.hypothesis.labels)
-
-
-def _better_instead(
-    inquiry: Inquiry, state: State, found: tuple[Standing, ...], replaced: set[frozenset[tuple[str, str]]]
-) -> State | None:
-    """The state with another cause in the place of one that it surely beats, or of one at its bound, where that is no
-    longer what its name says, if it leaves little more than a cause must take to be told; or with what needs nothing
-    new, where data do not tell the two apart. None where there is none.
-
-    What was `replaced` comes back only where it surely explains more, and then it stays: causes that take each other's
-    place in turn are alternatives, to be judged as such.
-    """
-    for standing in found:
-        for rival in standing.rivals:
-            if rival.at_bound or not rival.state.hypothesis.causes:
-                continue
-            came_from = _set_of(rival.state) in replaced
-            if came_from and (_is_plainer(rival, standing) or _set_of(state) in replaced):
-                continue
-            if _is_plainer(rival, standing) and rival.close(inquiry.policy):
-                return rival.state
-            more = rival.extra * (1.0 - standing.share)
-            if standing.at_bound and more < inquiry.policy.least_share:
-                return rival.state
-            if _surely_beats(inquiry, state, standing, rival):
-                return rival.state
-    return None
-
-
-def _is_plainer(rival: Rival, standing: Standing) -> bool:
-    """Whether a rival needs nothing new where the cause does: a further order of a ripple that is there, or a number of
-    the model that is off and the same to a twin. What the cause contains is no alternative to it.
-    """
-    mine, other = CATALOGUE[standing.label[0]], CATALOGUE[rival.label[0]]
-    contained = mine.plainer is not None and mine.plainer.name == other.name
-    is_off = other.is_number and rival.is_cause and rival.same and not contained
-    return not mine.is_number and (rival.is_there or is_off)
-
-
-def _surely_beats(inquiry: Inquiry, state: State, standing: Standing, rival: Rival) -> bool:
-    """Whether a rival is what should have been found: another cause, no fuller form of this one and no ripple, which
-    with a few of its like draws any curve, that explains clearly and surely more, also where known numbers may leave
-    their uncertainty a little beside what is there: a drive's gain makes up for all that are held back.
-    """
-    if not rival.is_cause or (rival.plainer, rival.label[1]) == standing.label or rival.extra >= 0.0:
-        return False
-    mine, other = state.hypothesis.causes[standing.entries[0]], rival.state.hypothesis.causes[-1]
-    if other.family.ripple or numbers_of(other) > numbers_of(mine) + _MORE_NUMBERS:
-        return False
-
-    def beats(one: State) -> bool:
-        return surely(inquiry, one, rival.state) > inquiry.policy.anew and clearly_better(inquiry, rival.state, one)
-
-    return beats(state) and beats(settled(inquiry, with_more_room(inquiry, state)))
 
 
 def _leaves_a_gap(inquiry: Inquiry, null: State) -> bool:

@@ -33,7 +33,7 @@ from gimbal_hil.knowledge.discrepancy.twin import Floats
 
 #: a rival that, by its slopes where it stands, would leave more squares than this times those of the explanation comes
 #: nowhere near it
-_OUT_OF_REACH = 2.0
+OUT_OF_REACH = 2.0
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def _at_its_best(inquiry: Inquiry, state: State, other: State, label: tuple[str,
     weighing = weighing_of(inquiry, state)
     basis, rows = basis_of(other.fit, weighing)
     reach = float(rows @ rows - np.sum((basis.T @ rows) ** 2))
-    if reach > _OUT_OF_REACH * weighed_cost(state.fit, weighing):
+    if reach > OUT_OF_REACH * weighed_cost(state.fit, weighing):
         return other
     best = settled(inquiry, other)
     return best if np.sum(squares_of(best)) < np.sum(squares_of(other)) else other
@@ -162,4 +162,4 @@ def _rival(
     return replace(found, at_bound=bound, plainer=plainer_of(inquiry.twin, other.hypothesis, newest))
 
 
-__all__ = ["Rival", "rivals_of"]
+__all__ = ["OUT_OF_REACH", "Rival", "rivals_of"]

@@ -28,7 +28,7 @@ from gimbal_hil.knowledge.discrepancy.judgement.gap import is_a_gap
 from gimbal_hil.knowledge.discrepancy.judgement.wander import wander_beside
 from gimbal_hil.knowledge.discrepancy.search import basis_of, beside, responses, row_weights
 from gimbal_hil.knowledge.discrepancy.twin import Floats
-from sim_backend.effects import CATALOGUE, Start, ripple_start
+from sim_backend.effects import CATALOGUE, Move, Start, ripple_start
 from sim_backend.model import MOMENTS, AntennaModel
 
 #: a ripple is foreseen at so many periods a turn, or along the travel of a linear axis
@@ -36,6 +36,8 @@ ORDER = 12.0
 #: a trace is taken as growing with its cause up to so many times the size that was tried, and looked for down to that
 #: over the span; so many halvings leave 5 % of it open
 _FARTHEST, _SPAN, _HALVINGS = 30.0, 1e5, 8
+#: what a factor does grows in line up to about this logarithm of it
+_LINEAR = 1.0
 #: of a normal matrix: rounding
 _ROUNDING = 1e-12
 #: numbers find their ends in a few turns
@@ -98,6 +100,11 @@ def traces(inquiry: Inquiry, null: State) -> list[Trace]:
 
 
 def _starts(inquiry: Inquiry, family: Family) -> tuple[Start, ...]:
+    """Starts at which a cause of size nothing does nothing: a number of the model that begins elsewhere, such as the
+    speed at which a bump of friction fades, is off already.
+    """
+    if CATALOGUE[family.effect].is_number:
+        return tuple(start for start in family.starts if not any(start.base))
     if family.ripple is None:
         return family.starts
     model, travel = inquiry.twin.model, 2.0 * math.pi
@@ -170,21 +177,23 @@ def _trace(
     reach = np.sqrt(
         np.mean((left / per_row[:, None]).reshape(-1, len(inquiry.twin.channels), left.shape[1]) ** 2, axis=0)
     )
-    channel, lead = np.unravel_index(int(np.argmax(reach)), reach.shape)
-    as_tried = start.probes[lead] == start.base
-    there = replace(start, probes=(start.probes[lead],))
-    in_hold_out = responses(inquiry.holdout, *whole.held_beside(own), inquiry.floor, family, there)
-    if in_hold_out is None:
-        return None
-    # a number of the model may be too small as well as too large
-    ways = (1.0, -1.0) if CATALOGUE[family.effect].is_number and not as_tried else (1.0,)
-    times = whole.shows_from(columns[:, lead], in_hold_out[:, 0], 1.0 if as_tried else _FARTHEST, ways)
-    if times is None:
-        return None
-    times = 1.0 if as_tried else times
-    shows = _smallest(inquiry, bare, family, start, int(lead), times, channel_name(inquiry, int(channel)), as_tried)
-    order = [int(lead), *(j for j in range(columns.shape[1]) if j != lead)]
-    return None if shows is None else Trace(shows, times * left[:, order])
+    for channel, lead in zip(*np.unravel_index(np.argsort(-reach, axis=None), reach.shape), strict=True):
+        as_tried = start.probes[lead] == start.base
+        there = replace(start, probes=(start.probes[lead],))
+        in_hold_out = responses(inquiry.holdout, *whole.held_beside(own), inquiry.floor, family, there)
+        if in_hold_out is None:
+            continue
+        # a number of the model may be too small as well as too large
+        ways = (1.0, -1.0) if CATALOGUE[family.effect].is_number and not as_tried else (1.0,)
+        times = whole.shows_from(columns[:, lead], in_hold_out[:, 0], 1.0 if as_tried else _FARTHEST, ways)
+        if times is None:
+            continue
+        times = 1.0 if as_tried else times
+        shows = _smallest(inquiry, bare, family, start, int(lead), times, channel_name(inquiry, int(channel)), as_tried)
+        if shows is not None:
+            order = [int(lead), *(j for j in range(columns.shape[1]) if j != lead)]
+            return Trace(shows, times * left[:, order])
+    return None
 
 
 class _Judged:
@@ -277,6 +286,9 @@ def _smallest(
     base = np.zeros(len(start.base)) if as_tried else np.array(start.base)
     x = base + times * (np.array(start.probes[lead]) - base)
     if any(not knob.low <= value <= knob.high for knob, value in zip(family.knobs, x, strict=True)):
+        return None
+    moved = (abs(to - at) for knob, to, at in zip(family.knobs, x, base, strict=True) if knob.move is Move.FACTOR)
+    if max(moved, default=0.0) > _LINEAR:
         return None
 
     def at(coordinates: Floats) -> dict[str, tuple[float, float | None]]:

@@ -232,9 +232,11 @@ def sharpened(inquiry: Inquiry, straight: Straight, one: Tried) -> Tried:
 def _remembered(inquiry: Inquiry, straight: Straight, one: Tried) -> Tried:
     """Slack and softness, or time, that foretell best, by steps that become smaller."""
     step = _FIRST_STEP
+    # what a log does not hear the end of is no other memory
+    longest_s = max(record.seconds for record in inquiry.twin.records)
     while one.seen.shape.has_memory and step > _LAST_STEP:
         others = []
-        for shape in _around(one.seen.shape, step):
+        for shape in _around(one.seen.shape, step, longest_s):
             found = _the_same(inquiry, straight, one, seen_of(inquiry, shape))
             others += [] if found is None else [found]
         best = min((one, *others), key=lambda each: each.leaves)
@@ -253,13 +255,15 @@ def _the_same(inquiry: Inquiry, straight: Straight, one: Tried, seen: RangeSeen)
     return _times_another(inquiry, straight, seen, one.knots[mine], given, len(one.knots[1 - mine]))
 
 
-def _around(shape: LawShape, step: float) -> Iterator[LawShape]:
-    """Shapes with a memory that is so many times as long or short, or softer or harder by as much."""
+def _around(shape: LawShape, step: float, longest_s: float) -> Iterator[LawShape]:
+    """Shapes with a memory that is so many times as long or short, no longer than a log lasts, or softer or harder by
+    as much.
+    """
     for factor in (step, 1.0 / step):
         yield replace(
             shape,
             slack=None if shape.slack is None else shape.slack * factor,
-            memory_s=None if shape.memory_s is None else shape.memory_s * factor,
+            memory_s=None if shape.memory_s is None else min(shape.memory_s * factor, longest_s),
         )
     if shape.slack is not None:
         change = step - 1.0

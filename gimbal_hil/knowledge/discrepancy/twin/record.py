@@ -93,6 +93,11 @@ class Record:
     source: str = ""
 
     @property
+    def seconds(self) -> float:
+        """How long it lasts."""
+        return len(self.torque) * self.bands.period_s
+
+    @property
     def rows(self) -> NDArray[np.int64]:
         """Interval index of every scored row that counts."""
         return np.flatnonzero(self.keep) * self.bands.stride

@@ -1,0 +1,122 @@
+"""What takes the place of a cause while the set is judged: what surely explains more, what needs nothing new, and what
+with one cause more explains more than the set does with that cause.
+"""
+
+from __future__ import annotations
+
+from gimbal_hil.knowledge.discrepancy.inquiry import MOST_CAUSES, Inquiry, State, refitted, settled, stands_out
+from gimbal_hil.knowledge.discrepancy.judgement.judging import Standing
+from gimbal_hil.knowledge.discrepancy.judgement.rivals import OUT_OF_REACH, Rival
+from gimbal_hil.knowledge.discrepancy.search import (
+    Path,
+    clearly_better,
+    extended,
+    numbers_of,
+    surely,
+    with_more_room,
+)
+from sim_backend.effects import CATALOGUE
+
+#: a rival that takes a cause's place has at most so many numbers more
+_MORE_NUMBERS = 1
+
+
+def set_of(state: State) -> frozenset[tuple[str, str]]:
+    """The causes of a state."""
+    return frozenset(state.hypothesis.labels)
+
+
+def better_instead(
+    inquiry: Inquiry,
+    state: State,
+    found: tuple[Standing, ...],
+    replaced: set[frozenset[tuple[str, str]]],
+    path: Path,
+) -> State | None:
+    """The state with another cause in the place of one that it surely beats, or of one at its bound, where that is no
+    longer what its name says, if it leaves little more than a cause must take to be told; or with what needs nothing
+    new, where data do not tell the two apart. None where there is none.
+
+    What was `replaced` comes back only where it surely explains more, and then it stays: causes that take each other's
+    place in turn are alternatives, to be judged as such.
+    """
+    for standing in found:
+        for rival in standing.rivals:
+            if rival.at_bound or not rival.state.hypothesis.causes:
+                continue
+            came_from = set_of(rival.state) in replaced
+            if came_from and (_is_plainer(rival, standing) or set_of(state) in replaced):
+                continue
+            if _is_plainer(rival, standing) and rival.close(inquiry.policy):
+                return rival.state
+            more = rival.extra * (1.0 - standing.share)
+            if standing.at_bound and more < inquiry.policy.least_share:
+                return rival.state
+            if _surely_beats(inquiry, state, standing, rival):
+                return rival.state
+    return _with_one_beside(inquiry, state, found, replaced, path)
+
+
+def _with_one_beside(
+    inquiry: Inquiry,
+    state: State,
+    found: tuple[Standing, ...],
+    replaced: set[frozenset[tuple[str, str]]],
+    path: Path,
+) -> State | None:
+    """Where a state leaves a gap: the state with a rival in the place of a cause and one cause more, if it surely
+    explains more than the state with that same cause. None where there is none.
+
+    A search takes first what alone explains most, and that may be a part of two causes: of a weight and of friction
+    that differs by direction a spring explains more than either.
+    """
+    if not stands_out(inquiry, state):
+        return None
+    for standing in found:
+        for rival in standing.rivals:
+            causes = set_of(rival.state)
+            if not rival.is_cause or rival.at_bound or rival.extra > OUT_OF_REACH or len(causes) >= MOST_CAUSES:
+                continue
+            inquiry.tell(f"what beside {rival.label[0].replace('_', ' ')} explains more")
+            both = extended(inquiry, rival.state, 1, path.heard).state
+            if not set_of(both) > causes or set_of(both) in replaced or set_of(both) >= set_of(state):
+                continue
+            newest = both.hypothesis.causes[-1]
+            if newest.family.ripple:
+                # with a few of its like it draws any curve
+                continue
+            both = settled(inquiry, both)
+            fair = settled(inquiry, refitted(inquiry, state, state.hypothesis.plus(newest)))
+            if surely(inquiry, fair, both) > inquiry.policy.anew and clearly_better(inquiry, both, fair):
+                return both
+    return None
+
+
+def _is_plainer(rival: Rival, standing: Standing) -> bool:
+    """Whether a rival needs nothing new where the cause does: a further order of a ripple that is there, or a number of
+    the model that is off and the same to a twin. What the cause contains is no alternative to it.
+    """
+    mine, other = CATALOGUE[standing.label[0]], CATALOGUE[rival.label[0]]
+    contained = mine.plainer is not None and mine.plainer.name == other.name
+    is_off = other.is_number and rival.is_cause and rival.same and not contained
+    return not mine.is_number and (rival.is_there or is_off)
+
+
+def _surely_beats(inquiry: Inquiry, state: State, standing: Standing, rival: Rival) -> bool:
+    """Whether a rival is what should have been found: another cause, no fuller form of this one and no ripple, which
+    with a few of its like draws any curve, that explains clearly and surely more, also where known numbers may leave
+    their uncertainty a little beside what is there: a drive's gain makes up for all that are held back.
+    """
+    if not rival.is_cause or (rival.plainer, rival.label[1]) == standing.label or rival.extra >= 0.0:
+        return False
+    mine, other = state.hypothesis.causes[standing.entries[0]], rival.state.hypothesis.causes[-1]
+    if other.family.ripple or numbers_of(other) > numbers_of(mine) + _MORE_NUMBERS:
+        return False
+
+    def beats(one: State) -> bool:
+        return surely(inquiry, one, rival.state) > inquiry.policy.anew and clearly_better(inquiry, rival.state, one)
+
+    return beats(state) and beats(settled(inquiry, with_more_room(inquiry, state)))
+
+
+__all__ = ["better_instead", "set_of"]
