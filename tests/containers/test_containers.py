@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -19,6 +20,13 @@ from gimbal_hil.data.signals import ColumnMap, read_signals
 from gimbal_hil.surface.checking import check_files
 from tests.containers import written
 from tests.containers.written import POSITION, ROWS, TIME, TORQUE, WRITTEN, words_of
+
+#: the same message again, under another identifier
+_DBC_OF_TWO = written.DBC + "".join(
+    line.replace("272", "273").replace("Axis", "Axes") + "\n"
+    for line in written.DBC.splitlines()
+    if "272" in line or "SG_" in line
+)
 
 
 @pytest.fixture(scope="module")
@@ -94,6 +102,28 @@ def test_torque_of_another_message_keeps_its_impulse(tmp_path: Path) -> None:
     step = int(np.argmax(table.torque("joint") > 0.0))
     assert table.torque("joint")[step] == pytest.approx(0.9, abs=1e-6) and table.torque("joint")[step + 1] == 1.0
     assert any("held" in note for note in table.notes)
+
+
+@pytest.mark.parametrize("signal", ["Angle", "Torque"])
+def test_a_number_on_a_bus_that_nobody_measures_is_told_and_refused_and_spoils_no_other_row(
+    tmp_path: Path, signal: str
+) -> None:
+    """Of one message the position, of another the torque, which acts from there to the next position."""
+    (tmp_path / "bus.dbc").write_text(_DBC_OF_TWO)
+    lines = []
+    for k, (t, q, u) in enumerate(zip(TIME, POSITION, TORQUE, strict=True)):
+        q, u = (1e30 if k == 200 and signal == one else value for one, value in (("Angle", q), ("Torque", u)))
+        lines.append(f"({1000.0 + t:.6f}) can0 110#{struct.pack('<ff', q, 0.0).hex().upper()}")
+        lines.append(f"({1000.001 + t:.6f}) can0 111#{struct.pack('<ff', 0.0, u).hex().upper()}")
+    path = tmp_path / "bus.log"
+    path.write_text("\n".join(lines) + "\n")
+    (seen,) = check_files([path], ("joint",))
+    assert "holds 1e+30 in row 201 (1 such rows in all)" in seen.text
+    columns = ColumnMap.of_words(["joint.position=Axis.Angle", "joint.torque=Axes.Torque"])
+    with pytest.raises(BadInputError, match=rf"row 200, column \w+.{signal}: .* rows without one: [12];"):
+        read_signals(path, ("joint",), columns=columns)
+    table = read_signals(path, ("joint",), columns=columns, resample=True)
+    assert table.torque("joint")[300:310] == pytest.approx(TORQUE[300:310], abs=0.1)
 
 
 def test_the_longest_episode_is_read_and_the_others_told(files: dict[str, Path]) -> None:

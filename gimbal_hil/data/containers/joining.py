@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from firmware_protocol.documents import LARGEST_NUMBER
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup
 
@@ -104,19 +105,26 @@ def _home(contents: Contents, name: str) -> SampledGroup:
 
 def _mean_until_next(times: Floats, values: Floats, at: Floats) -> Floats:
     """Mean of a held signal over [at_k, at_k+1), (n,); the last row counts what holds there."""
+    lost = np.isnan(values)
+    values = np.where(lost, 0.0, values)
     area = np.concatenate(([0.0], np.cumsum(values[:-1] * np.diff(times))))
     place = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 1)
     until = area[place] + values[place] * (at - times[place])
     steps = np.diff(at)
     means = np.where(steps > 0.0, np.diff(until) / np.where(steps > 0.0, steps, 1.0), values[place[:-1]])
-    return np.append(means, values[place[-1:]])
+    # a row that any part of a lost value acts in is lost, and no other
+    count = np.concatenate(([0], np.cumsum(lost)))
+    last = np.append(place[1:], place[-1:])
+    return np.where(count[last + 1] > count[place], np.nan, np.append(means, values[place[-1:]]))
 
 
 def _of(group: SampledGroup, name: str) -> tuple[Floats, Floats]:
-    """Times and values of a column where it holds numbers, in the order of time."""
+    """Times and values of a column where it holds something, in the order of time: NaN for what nobody measures."""
     assert group.time_s is not None
-    good = np.isfinite(group.columns[name])
+    values = group.columns[name]
+    beyond = np.abs(values) > LARGEST_NUMBER
+    good = ~np.isnan(values)
     order = np.argsort(group.time_s[good], kind="stable")
-    if not len(order):
+    if np.all(beyond[good]):
         raise BadInputError(group.name, f"has no number in {name}", "a column of numbers")
-    return group.time_s[good][order], group.columns[name][good][order]
+    return group.time_s[good][order], np.where(beyond, np.nan, values)[good][order]

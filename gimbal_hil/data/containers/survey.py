@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from firmware_protocol.documents import LARGEST_NUMBER
 from gimbal_hil.data.containers.contents import Contents, SampledGroup
 from gimbal_hil.data.containers.guessing import Found, command_line, guessed
 
@@ -81,11 +82,16 @@ def _head(group: SampledGroup) -> str:
 
 def _columns(group: SampledGroup) -> Iterator[str]:
     for name, values in list(group.columns.items())[:_LISTED]:
-        good = values[np.isfinite(values)]
+        beyond = np.abs(values) > LARGEST_NUMBER
+        good = values[np.isfinite(values) & ~beyond]
         unit = f" [{group.units[name]}]" if name in group.units else ""
         spread = f"{good.min():.5g} to {good.max():.5g}" if len(good) else "no number"
         if len(good) and np.ptp(good) > _COUNTS and np.all(good % 1.0 == 0.0):
             spread += ", whole numbers"
+        if np.any(beyond):
+            first = int(np.argmax(beyond))
+            often = np.count_nonzero(beyond)
+            spread += f"; holds {values[first]:g} in row {first + 1} ({often} such rows in all), which nobody measures"
         yield f"{name}{unit}: {spread}"
     if len(group.columns) > _LISTED:
         yield f"and {len(group.columns) - _LISTED} more"

@@ -70,4 +70,5 @@ def _by_their_own_names(contents: Contents, named: AxisNames) -> dict[str, str]:
 def _raw(path: Path, values: dict[str, NDArray[np.float64]], units: dict[str, str]) -> RawColumns:
     finite = {name: np.where(np.isfinite(column), column, np.nan) for name, column in values.items()}
     stated = {name: unit for name, unit in units.items() if name in finite}
-    return RawColumns(path, finite, {name: {} for name in finite}, units=stated)
+    # its rows are counted as where their motion is questioned
+    return RawColumns(path, finite, {name: {} for name in finite}, first_row=1, units=stated)
