@@ -36,6 +36,8 @@ LINES = [
     following.after_check([HERE], [checked("runs/one", FileKind.RUN)]),
     following.after_check([HERE], [checked("a.csv", FileKind.SIGNALS)], ["time_s=t", "AXIS.position=q"]),
     following.after_check([HERE], [checked("a.csv", FileKind.SIGNALS)], ["time_s=t [ms]:ms"]),
+    following.after_check([HERE], [checked("a.csv", FileKind.SIGNALS)], ["a.b=c"], {"rate": "500", "repair": True}),
+    following.after_check([Path("a.csv")], [checked("a.csv", FileKind.SIGNALS, fault=True)], [], {"rate": "500"}),
     following.after_daemon(HERE, 0),
     following.after_conformance(None, None),
     following.after_conformance(Path("c.yaml"), HERE),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers import contents_of
 from gimbal_hil.data.signals import ColumnMap, read_signals
 from gimbal_hil.surface.checking import FileKind, check_files
+from gimbal_hil.surface.cli.app import run
 from tests.cases.joint import BENCH, MODEL, table_text
 from tests.tables.joint import Q, T, U, lines
 
@@ -48,6 +50,21 @@ def test_a_table_without_a_header_is_read_by_how_its_columns_move_in_units_that_
     seen = check_files([path, model])[0]
     assert not seen.is_strange and seen.reads_as == ("time_s=2:ms", "joint.position=1:deg", "joint.torque=3")
     assert check_files([path], ("joint",))[0].reads_as[1] == "joint.position=1" and "is to be said" not in seen.text
+
+
+def test_a_log_without_times_is_checked_at_the_rate_that_is_stated_and_the_next_command_has_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = BENCH.log("a", 8.0)
+    monkeypatch.chdir(tmp_path)
+    Path("model.yaml").write_text(MODEL)
+    Path("log.csv").write_text(table_text({"q": log.position, "u": log.torque}))
+    words = ["log.csv", "model.yaml", "--column", "joint.position=q", "joint.torque=u"]
+    assert run("check", words) == 1
+    assert "--rate HZ" in capsys.readouterr().out
+    assert run("check", [*words, "--rate", "500"]) == 0
+    told = capsys.readouterr().out
+    assert "500 a second, as --rate says" in told and shlex.split(told)[-2:] == ["--rate", "500"]
 
 
 def test_a_table_with_the_names_of_a_signals_table_is_checked_as_one(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from gimbal_hil.data.preflight import likely_units, preflight, questioned
 from gimbal_hil.data.runs import damage_of, open_run
 from gimbal_hil.data.signals import (
     ColumnMap,
+    LogReading,
     contents_of_table,
     guessed_words,
     is_read_by,
@@ -36,7 +37,7 @@ UNNAMED_AXIS = "AXIS"
 _BY_MOTION = "  no name tells it, their motion does; other units than s, rad and N m are to be said, as 2:deg or 3:mNm"
 #: keys of a plan's segment that hold a table and are no axis
 _NO_AXES = ("guards", "meaning")
-_AS_CALLED = ColumnMap({})
+_AS_IT_IS = LogReading()
 #: what says what a file holds: path, document, names of axes
 _Look: TypeAlias = Callable[[Path, Json, tuple[str, ...]], "_Seen"]
 
@@ -86,16 +87,16 @@ class Checked:
         }
 
 
-def check_files(paths: Sequence[Path], axes: Sequence[str] = (), columns: ColumnMap = _AS_CALLED) -> list[Checked]:
+def check_files(paths: Sequence[Path], axes: Sequence[str] = (), reading: LogReading = _AS_IT_IS) -> list[Checked]:
     """Check each file; BadInputError only for one that is not there or of no kind that is known.
 
     Plans and tables call axes by names that they do not declare: those of `axes`, else those of a model or
-    configuration among the files, else any. `columns` says what tables call theirs. With a model beside them, tables
+    configuration among the files, else any. `reading` says how tables are read. With a model beside them, tables
     are asked what the commands that use them ask: rows that no joint can make, wrong units, signs and columns.
     """
     kinds = [kind_of(path) for path in paths]
     named = tuple(axes) or _declared(kinds)
-    logs = _Logs(_model_among(paths, kinds, named), columns, [kind for kind, _ in kinds].count(FileKind.SIGNALS) == 1)
+    logs = _Logs(_model_among(paths, kinds, named), reading, [kind for kind, _ in kinds].count(FileKind.SIGNALS) == 1)
     looks = _LOOKS | {FileKind.SIGNALS: partial(_signals, logs=logs)}
     return [
         _checked(looks[kind], path, kind, document, named) for path, (kind, document) in zip(paths, kinds, strict=True)
@@ -209,12 +210,13 @@ class _Logs:
     """
 
     model: AntennaModel | None
-    columns: ColumnMap
+    reading: LogReading
     one: bool
 
 
 def _signals(path: Path, _document: dict[str, object], axes: tuple[str, ...], logs: _Logs) -> _Seen:
-    named, columns = axes or (UNNAMED_AXIS,), logs.columns
+    named, reading = axes or (UNNAMED_AXIS,), logs.reading
+    columns = reading.columns
     contents = None if columns.sources else contents_of(path)
     if contents is not None and not _is_ours(contents, axes):
         words = guess(contents, named)
@@ -227,7 +229,7 @@ def _signals(path: Path, _document: dict[str, object], axes: tuple[str, ...], lo
         if _is_a_strangers(raw, axes):
             words = guessed_words(raw, named)
             moved = _by_motion(path, raw, named, logs.model) if not words else ()
-            whole = is_read_by(words or moved, named)
+            whole = is_read_by((*(("time_s=",) if reading.rate_hz else ()), *(words or moved)), named)
             words, open_words = _as_torques(words or moved, logs.model)
             lines = survey(contents_of_table(raw), words, whole) + open_words
             if moved:
@@ -237,9 +239,12 @@ def _signals(path: Path, _document: dict[str, object], axes: tuple[str, ...], lo
     axes = axes or _axes_in(columns.sources)
     if not axes:
         raise BadInputError(str(path), "axes are not known", "--axes NAME,NAME, or the model file beside it")
-    table = read_signals(path, logs.model or axes, columns=columns)
+    resample, drop_invalid, rate_hz = reading.resample, reading.drop_invalid, reading.rate_hz
+    table = read_signals(
+        path, logs.model or axes, resample=resample, drop_invalid=drop_invalid, rate_hz=rate_hz, columns=columns
+    )
     if logs.model is not None:
-        questioned(logs.model, (table,), among_others=not logs.one)
+        (table,) = questioned(logs.model, (table,), reading.repair, among_others=not logs.one)
         preflight(logs.model, (table,))
     notes = "".join(f"; {note}" for note in table.notes)
     unmodelled = axes if logs.model is None and axes != (OUTER, INNER) else ()

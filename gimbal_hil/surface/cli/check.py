@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimbal_hil.surface.cli.log_options import COLUMN_HELP, COLUMN_PAIR
+from gimbal_hil.surface.cli.log_options import LogOptions
 
 if TYPE_CHECKING:
     from gimbal_hil.surface.checking import Checked
@@ -17,6 +17,7 @@ MANY_VALUED = ("--column",)
 
 
 def command(
+    *,
     files: Annotated[
         list[Path] | None,
         typer.Argument(metavar="FILE...", help="YAML files, tables, run folders, or a folder of YAML files."),
@@ -25,7 +26,7 @@ def command(
         str | None,
         typer.Option(metavar="NAME,NAME", help="Axes of plans and tables; else those of a model here."),
     ] = None,
-    column: Annotated[list[str] | None, typer.Option(metavar=COLUMN_PAIR, help=COLUMN_HELP)] = None,
+    reading: LogOptions,
     schema: Annotated[
         str | None,
         typer.Option(
@@ -42,7 +43,6 @@ def command(
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
-    from gimbal_hil.data.signals import ColumnMap
     from gimbal_hil.pages.report import Case, write_junit
     from gimbal_hil.surface.checking import check_files
     from gimbal_hil.surface.cli.following import after_check, print_next
@@ -52,7 +52,7 @@ def command(
     if not files:
         raise BadInputError("FILE", "is missing", "files or a folder to check, or --schema KIND")
     names = tuple(name for name in (axes or "").split(",") if name)
-    checked = check_files([file for given in files for file in _spread(given)], names, ColumnMap.of_words(column))
+    checked = check_files([file for given in files for file in _spread(given)], names, reading.reading())
     good = all(not one.faults for one in checked)
     if junit is not None:
         cases = [Case(str(one.path), "\n".join(_lines(one)), bool(one.faults)) for one in checked]
@@ -62,8 +62,8 @@ def command(
     else:
         print("\n".join(line for one in checked for line in _lines(one)))
         guessed = list(dict.fromkeys(word for one in checked for word in one.reads_as))
-        if column or not any(one.is_strange for one in checked):
-            print_next(after_check(files, checked, column or guessed))
+        if reading.column or not any(one.is_strange for one in checked):
+            print_next(after_check(files, checked, reading.column or guessed, reading.repairs))
     return EXIT_DONE if good else EXIT_NO
 
 

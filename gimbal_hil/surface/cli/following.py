@@ -104,14 +104,20 @@ def after_drive_tables(model: Path, config: Path, out: Path, rehearsed: bool) ->
     return command_line("drive-tables", model, "--rehearse", config=config, out=_new(out))
 
 
-def after_check(given: Sequence[Path], checked: Sequence[Checked], columns: Sequence[str] = ()) -> str:
+def after_check(
+    given: Sequence[Path],
+    checked: Sequence[Checked],
+    columns: Sequence[str] = (),
+    repairs: Mapping[str, object] | None = None,
+) -> str:
     """Where something is wrong the same check again, else the first use of what was checked; for columns of a joint
-    that nobody has named, a model of it.
+    that nobody has named, a model of it. `repairs` are options without which the logs are not read.
     """
     from gimbal_hil.surface.checking import UNNAMED_AXIS
 
+    repairs = repairs or {}
     if any(one.faults for one in checked):
-        return command_line("check", *given, column=columns)
+        return command_line("check", *given, column=columns, **repairs)
     first: dict[str, Path] = {}
     # what an experiment in virtual time takes comes before what it does not
     for one in sorted(checked, key=lambda one: not one.moves):
@@ -129,10 +135,10 @@ def after_check(given: Sequence[Path], checked: Sequence[Checked], columns: Sequ
     if model is not None and len(tables) > 1 and "run folder" not in first:
         # the last one judges what the others suggest, as everywhere
         files = {"measured": tables[:-1], "holdout": tables[-1:]}
-        return command_line("discrepancy", model=model, **files, column=columns, out=_new(Path("verdict")))
+        return command_line("discrepancy", model=model, **files, column=columns, out=_new(Path("verdict")), **repairs)
     for kind in ("run folder", "signals table"):
         if kind in first:
-            return command_line("identify", first[kind], model=model, column=columns, out="identified")
+            return command_line("identify", first[kind], model=model, column=columns, out="identified", **repairs)
     if configuration is not None and configuration not in moved:
         return command_line("doctor", config=configuration)
     if configuration is None and model is not None and model not in moved:
