@@ -122,6 +122,8 @@ BASE_COLUMNS = 12
 # --- X: state
 #: steps done since the start, exact in a float64 up to 2^53
 STEPS = 0
+#: first moment of the command inside a step, about its middle, over the step, as what delays it last wrote it
+COMMAND_MOMENT = 1
 POSITION, RATE, ACCELERATION, BRISTLE = 2, 4, 6, 8
 #: torque at the joint after the actuator, and friction opposing the motion, means over the last step
 APPLIED, FRICTION, LAGGED = 10, 12, 14

@@ -1,7 +1,7 @@
 """Transport delay: bus, drive and modulator apply a command a fixed time after it was given.
 
 A ring holds the command of each plant step. A delay that is no whole number of steps takes the mean over the step of
-the shifted command, so its impulse (torque times time) is exact.
+the shifted command, so its impulse (torque times time) is exact; where in the step it acts is told by its first moment.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from sim_backend.effects.effect import Domain, Effect, Hook, Variable
 from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import SearchProfile, one_knob
 from sim_backend.effects.separating_runs import REVERSAL_SIZES, TORQUE_SWEEP
-from sim_backend.layout import STEP_S, STEPS
+from sim_backend.layout import COMMAND_MOMENT, STEP_S, STEPS
 
 DELAY = 0
 #: plant steps that the ring holds; longer delays are cut to it (204 ms at steps of 0.1 ms)
@@ -38,6 +38,7 @@ def delayed_command(P: np.ndarray, o: int, X: np.ndarray, s: int, K: np.ndarray,
     if share < 1e-9:
         return now
     before = X[s + (step - whole - 1) % RING] if step > whole else 0.0
+    X[COMMAND_MOMENT] = 0.5 * share * (1.0 - share) * (now - before)
     return now + share * (before - now)
 
 

@@ -15,7 +15,8 @@ from gimbal_hil.knowledge.discrepancy.inquiry.inquiry import State
 from gimbal_hil.knowledge.executor import open_executor
 from gimbal_hil.knowledge.experiments import load_plan, plan_from_document
 from gimbal_hil.knowledge.improvement import budgets_of, design
-from gimbal_hil.knowledge.improvement.choosing import WORTH, Apart, OpenQuestion, Option, Pair, reason
+from gimbal_hil.knowledge.improvement.apart import Apart
+from gimbal_hil.knowledge.improvement.choosing import WORTH, OpenQuestion, Option, Pair, reason
 from gimbal_hil.knowledge.improvement.design import Design, DesignTask, designed, made_for
 from gimbal_hil.knowledge.improvement.motion import (
     MADE,
@@ -38,6 +39,9 @@ SETTINGS = shipped_settings()
 BUDGETS = budgets_of(SETTINGS, 900.0, 3, {}, {})
 TASK = DesignTask(cast(OpenQuestion, None), SETTINGS, BUDGETS)
 PAIR = Pair(cast(State, None), cast(State, None), (("cable_spring", "inner"), ("static_unbalance", "inner")))
+
+#: how far a coordinate may go either way
+FREE = (np.array([-np.inf]), np.array([np.inf]))
 
 
 def peaks(motion: LapMotion) -> tuple[list[float], list[float], list[float], list[float]]:
@@ -116,11 +120,19 @@ def test_laps_are_written_one_after_the_other_and_begin_where_the_one_before_end
 
 def test_so_many_laps_tell_what_as_many_tables_would() -> None:
     """Linear in the table where nothing can refit; where all can, no more than what data so far hold."""
-    one = Apart(100.0, np.array([10.0]), np.array([[1.0]]), np.array([[4.0]]))
-    two = Apart(200.0, np.array([20.0]), np.array([[2.0]]), np.array([[4.0]]))
+    one = Apart(100.0, np.array([10.0]), np.array([[1.0]]), np.array([[4.0]]), *FREE)
+    two = Apart(200.0, np.array([20.0]), np.array([[2.0]]), np.array([[4.0]]), *FREE)
     assert one.beyond(2) == pytest.approx(two.beyond(1)) and one.beyond(1) == pytest.approx(0.5 * (100.0 - 100.0 / 5.0))
-    stiff = Apart(100.0, np.zeros(1), np.zeros((1, 1)), np.eye(1))
+    stiff = Apart(100.0, np.zeros(1), np.zeros((1, 1)), np.eye(1), *FREE)
     assert stiff.beyond(7) == pytest.approx(7.0 * stiff.beyond(1))
+
+
+def test_an_explanation_does_what_it_can_about_a_difference_and_goes_no_further_than_it_may() -> None:
+    """Friction over position that swings half a time a turn passes for a constant level only where little is moved."""
+    slope, normal, held = np.array([-10.0, 1e-3]), np.diag([1.0, 1e-6]), np.zeros((2, 2))
+    free, near = (Apart(101.0, slope, normal, held, -np.full(2, far), np.full(2, far)) for far in (1e9, 4.0))
+    assert free.beyond(1) == pytest.approx(0.0)
+    assert near.beyond(1) == pytest.approx(0.5 * (1.0 + 6.0**2 - 4.0 * 2e-3 + 16e-6), rel=1e-9)
 
 
 def test_what_is_drawn_is_inside_the_budgets_and_what_the_loops_follow() -> None:

@@ -17,7 +17,7 @@ from gimbal_hil.knowledge.discrepancy import NumberError, Twin
 from gimbal_hil.knowledge.executor import WorkExecutor, open_executor
 from gimbal_hil.knowledge.experiments import load_plan
 from gimbal_hil.knowledge.improvement import budgets_of, design, showing
-from gimbal_hil.knowledge.improvement.choosing import Apart
+from gimbal_hil.knowledge.improvement.apart import Apart
 from gimbal_hil.knowledge.improvement.design import Design, DesignTask
 from gimbal_hil.knowledge.improvement.motion import drawn, ranges_of
 from gimbal_hil.knowledge.improvement.showing import HiddenNumbers, HiddenShown, shown_by_one
@@ -25,10 +25,13 @@ from gimbal_hil.loop.settings import shipped_settings
 from gimbal_hil.surface.cli.app import run
 from sim_backend.model import shipped_model
 
+#: how far the one coordinate may go either way
+FREE = (np.array([-np.inf]), np.array([np.inf]))
+
 
 def apart(squares: float, taken: float) -> Apart:
     """An error that leaves so many squares, of which another number that nothing holds takes a share."""
-    return Apart(squares, np.array([np.sqrt(squares * taken)]), np.array([[1.0]]), np.array([[0.0]]))
+    return Apart(squares, np.array([np.sqrt(squares * taken)]), np.array([[1.0]]), np.array([[0.0]]), *FREE)
 
 
 @given(st.lists(st.tuples(st.floats(1e-3, 1e9), st.floats(0.0, 0.99)), min_size=1, max_size=6), st.integers(1, 20))

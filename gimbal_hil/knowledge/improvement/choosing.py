@@ -29,12 +29,11 @@ from gimbal_hil.knowledge.discrepancy import (
     command_residual,
     explained_by,
     odds_against,
-    prior_weights,
-    record_of,
     refitted,
     separating_runs,
     showing_sequences,
 )
+from gimbal_hil.knowledge.improvement.apart import SPREAD, Apart, Coordinates, rehearsal_of
 from gimbal_hil.knowledge.improvement.budgets import AFTERWARDS_S
 from gimbal_hil.knowledge.improvement.journal import Diagnosed
 from gimbal_hil.knowledge.improvement.motion import MADE
@@ -44,8 +43,6 @@ from sim_backend.model import AntennaModel
 WORTH = 12.0
 #: and shows a cause plainly at so many times that: of those the shortest will do against chance
 _PLAINLY = 10.0
-#: rows of the scored residual are correlated: what one row counts for
-SPREAD = 2.0
 
 
 @dataclass(frozen=True)
@@ -297,24 +294,6 @@ def question_of(result: Result, pair: Pair) -> OpenQuestion:
 
 
 @dataclass(frozen=True)
-class Apart:
-    """How far a rival stays from the best explanation on a table: squares of the difference, what its coordinates do
-    about it there, and what all data so far hold them with.
-    """
-
-    squares: float
-    slope: Floats
-    normal: Floats
-    held: Floats
-
-    def beyond(self, times: int) -> float:
-        """Squared floors that it leaves beyond the best on so many such tables, refitted linearly."""
-        slope = times * self.slope
-        back = float(slope @ np.linalg.lstsq(times * self.normal + self.held, slope, rcond=1e-10)[0])
-        return max(0.0, (times * self.squares - back) / SPREAD)
-
-
-@dataclass(frozen=True)
 class Separation:
     """What a table says of a question, and so many like it."""
 
@@ -347,50 +326,7 @@ def separation_of(question: OpenQuestion, table: SignalsTable) -> Separation:
     return Separation(question, rivals, len(without), np.sum(without**2, axis=0))
 
 
-def rehearsal_of(twin: Twin, table: SignalsTable) -> Twin:
-    """What was rehearsed as a twin like that of the logs."""
-    record = record_of(table, twin.model, twin.records[0].bands.scored_hz, "rehearsal")
-    return Twin(twin.model, (record,), twin.gyro_everywhere)
-
-
 def _apart(twin: Twin, as_best: Floats, rival: State, floor: Floats) -> Apart:
     # both are of the same rows: in the difference their noise is gone, which a fit would take for evidence
     as_rival = command_residual(twin, rival.hypothesis, floor)
     return Coordinates.of(twin, rival.hypothesis, rival.fit.jacobian, floor, as_rival).apart(as_rival - as_best)
-
-
-@dataclass(frozen=True)
-class Coordinates:
-    """What the coordinates of a hypothesis do on a twin, (rows * channels, coordinates), and what all data so far hold
-    them with.
-    """
-
-    columns: Floats
-    held: Floats
-
-    @classmethod
-    def of(cls, twin: Twin, hypothesis: Hypothesis, before: Floats, floor: Floats, residual: Floats) -> Coordinates:
-        """Those of a hypothesis with this residual there; `before` is its Jacobian on all data so far."""
-        columns = _jacobian(twin, hypothesis, floor, residual)
-        held = np.diag((prior_weights(hypothesis) * SPREAD) ** 2)
-        return cls(columns, held + before.T @ before if before.shape[1] == columns.shape[1] else held)
-
-    def apart(self, rows: Floats) -> Apart:
-        """How far an explanation with this difference, (rows, channels), stays; nowhere where it cannot be computed."""
-        if not (np.all(np.isfinite(rows)) and np.all(np.isfinite(self.columns))):
-            return Apart(0.0, np.zeros(len(self.held)), np.zeros_like(self.held), self.held)
-        flat = rows.ravel()
-        return Apart(float(flat @ flat), self.columns.T @ flat, self.columns.T @ self.columns, self.held)
-
-
-def _jacobian(twin: Twin, hypothesis: Hypothesis, floor: Floats, residual: Floats) -> Floats:
-    x = hypothesis.vector()
-    columns = np.zeros((residual.size, len(x)))
-    for i in range(len(x)):
-        moved = x.copy()
-        moved[i] += 0.02
-        trial = hypothesis.at(moved)
-        change = float(trial.vector()[i] - x[i])
-        if change != 0.0:
-            columns[:, i] = ((command_residual(twin, trial, floor) - residual) / change).ravel()
-    return columns

@@ -26,8 +26,9 @@ from gimbal_hil.knowledge.discrepancy import (
     number_errors,
 )
 from gimbal_hil.knowledge.executor import WorkExecutor
+from gimbal_hil.knowledge.improvement.apart import SPREAD, Apart, Coordinates, rehearsal_of
 from gimbal_hil.knowledge.improvement.budgets import budgets_of
-from gimbal_hil.knowledge.improvement.choosing import SPREAD, Apart, Coordinates, Option, rehearsal_of
+from gimbal_hil.knowledge.improvement.choosing import Option
 from gimbal_hil.knowledge.improvement.design import ANTENNA_S, DesignTask, designed, written
 from gimbal_hil.loop.settings import DaemonSettings
 from sim_backend.model import AntennaModel
