@@ -132,9 +132,10 @@ def _standing(
     taken = squares_of(without) - squares_of(state)
     channel = int(np.argmax(taken / np.maximum(squares_of(without), 1.0)))
     lead = state.hypothesis.causes[entries[0]]
+    bound = _at_bound(inquiry, state, entries)
     # of several entries the one that was found first, which took most, stands for all; a ripple of torque is the
-    # plainest of what is locked to position, and needs no rival for its further orders
-    is_asked = len(entries) == 1 or lead.family.ripple is not Ripple.TORQUE
+    # plainest of what is locked to position, and needs no rival for its further orders where it is one
+    is_asked = len(entries) == 1 or lead.family.ripple is not Ripple.TORQUE or bool(bound)
     bereft = without if len(entries) == 1 else refitted(inquiry, state, state.hypothesis.minus(entries[0]), rounds=4)
     rivals = rivals_of(inquiry, path, bereft, state, label, missing) if is_asked else ()
     late = gain_on(inquiry, without, state, "untouched")
@@ -146,7 +147,7 @@ def _standing(
         float(taken[channel] / max(squares_of(without)[channel], 1e-300)), control_share(inquiry, without, lead),
         rivals,
         predictable(inquiry, state, channel, _own_variables(label[0])),
-        _at_bound(inquiry, state, entries), _unseen(inquiry, state, bare), channel,
+        bound, _unseen(inquiry, state, bare), channel,
         float(np.sum(mean_squares(without.held_out()) - mean_squares(state.held_out()))), taken,
         bool(np.any(taken[gaps] >= inquiry.policy.least_squares)),
         _any_curve(inquiry, without, state, entries), unevenness(inquiry, bare, state, channel),
