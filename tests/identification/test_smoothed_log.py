@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, filtfilt
 
-from gimbal_hil.knowledge.identification import RigidAxisFit, fit_rigid_axis
+from gimbal_hil.knowledge.identification import Determination, RigidAxisFit, fit_rigid_axis
 from gimbal_hil.knowledge.identification.axis_motion import regression_rule
 from gimbal_hil.knowledge.identification.smoothed_log import SmoothedColumn
 from tests.cases.joint import BENCH, TRUE, JointLog, swinging
@@ -47,6 +47,25 @@ SMOOTHED: dict[str, tuple[SmoothedColumn, Callable[[], JointLog]]] = {
         lambda: LOG.but(torque=both_ways(LOG.torque, 5.0), position=both_ways(LOG.position, 5.0)),
     ),
 }
+
+
+def test_a_joint_that_goes_one_way_only_is_not_taken_for_smoothed_where_only_its_encoder_is_coarse() -> None:
+    """Slow sines about a steady speed say nothing above them but the rounding of the position, which a filter takes."""
+    time, fine = np.arange(8000) / 500.0, (np.arange(80_000) + 0.5) / 5000.0
+
+    def rate(t: np.ndarray, by: int = 0) -> np.ndarray:
+        w = 2.0 * np.pi * np.array([[0.9], [1.7], [2.2]])
+        turned = w * t + np.array([[0.3], [1.9], [4.0]])
+        part = (-np.cos(turned) / w, np.sin(turned), w * np.cos(turned))[by + 1]
+        return np.asarray((2.0 * t if by < 0 else 2.0 * (by == 0)) + 2.0 * (np.array([0.2, 0.3, 0.25]) @ part))
+
+    asked = BENCH.inertia * rate(fine, 1) + BENCH.coulomb + BENCH.viscous * rate(fine)
+    position = np.round(rate(time, -1) / BENCH.step) * BENCH.step
+    log = JointLog(time, asked.reshape(-1, 10).mean(axis=1), position, rate(time))
+    fit = fitted(log)
+    assert not fit.smoothed
+    inertia = next(one for one in fit.estimates if one.name == "inertia")
+    assert inertia.verdict is Determination.IDENTIFIED and inertia.interval.covers(BENCH.inertia)
 
 
 @pytest.mark.parametrize("case", heavy_but(("torque, second order",), SMOOTHED))

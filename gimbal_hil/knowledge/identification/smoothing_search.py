@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimbal_hil.knowledge.estimation import ShiftedFit, ShiftedProblem, Smoothing, SmoothingShape, fit_at, fit_shifted
 from gimbal_hil.knowledge.identification.averaging import Vector
@@ -51,10 +52,11 @@ def smoothings_of(
             beside[which] = waves
             search = _Search(part, next(part.problems(waves))[0], waves, late)
             least, near = search.coarse(which)
-        if least <= _LEFT * base:
+        if least <= _LEFT * min(base, search.behind(near)):
             found += [search.settled(search.nearest(which, shape)) for shape in SmoothingShape]
     found.sort(key=lambda pair: pair[0])
-    possible = [one for left, one in found if left <= min(_LEFT * base, _POSSIBLE * found[0][0])]
+    found = [(left, one) for left, one in found if left <= _LEFT * min(base, plainly.behind(one))]
+    possible = [one for left, one in found if left <= _POSSIBLE * found[0][0]]
     return tuple(one for one in possible if _whatever_the_choice(motion, one, plain, beside[one.which]))
 
 
@@ -102,6 +104,20 @@ class _Search:
         left = _left(fit_at(self.sharp, self.late_s), self.motion.rule.bandwidth_hz * self.sharp.step_s)
         return max(left, 1e-300) if np.isfinite(left) else 1e-300
 
+    def behind(self, one: SmoothedLog) -> float:
+        """The same with both sides behind a smoothing: what any filter takes of the position's noise is no sign of it,
+        and where it takes no more, columns that were not smoothed explain the log as well.
+        """
+        if one.which is SmoothedColumn.POSITION:
+            return self.base
+        sharp = self.sharp
+        sides = (one.smoothing.of(values, sharp.step_s) for values in (sharp.target, sharp.known, sharp.columns))
+        target, known, columns = sides
+        problem = replace(sharp, target=target, known=known, columns=columns, rows=self._inside(one))
+        return _left(
+            fit_at(problem, self.late_s), min(self.motion.rule.bandwidth_hz, one.smoothing.half_hz) * sharp.step_s
+        )
+
     def coarse(self, which: SmoothedColumn) -> tuple[float, SmoothedLog]:
         """The best of a few smoothings of some column, and what it leaves."""
         band = self.motion.rule.bandwidth_hz
@@ -138,9 +154,12 @@ class _Search:
             return next(self.motion.problems(self.ripples, one))[0]
         # filters that are the same over time may come in any order
         columns, known = (one.as_torque(values, sharp.step_s) for values in (sharp.columns, sharp.known))
-        margin = int(1.0 / one.smoothing.half_hz / sharp.step_s)
-        inside = (sharp.rows >= margin) & (sharp.rows < len(sharp.target) - margin)
-        return replace(sharp, columns=columns, known=known, rows=sharp.rows[inside])
+        return replace(sharp, columns=columns, known=known, rows=self._inside(one))
+
+    def _inside(self, one: SmoothedLog) -> NDArray[np.int64]:
+        """Rows that count and are far enough from both ends for a smoothing."""
+        rows, margin = self.sharp.rows, int(1.0 / one.smoothing.half_hz / self.sharp.step_s)
+        return rows[(rows >= margin) & (rows < len(self.sharp.target) - margin)]
 
 
 def smoothed_problems(
