@@ -19,12 +19,16 @@ from tests.discrepancy.test_logs_of_strangers import COULOMB, INERTIA, STEP, swi
 _STATED = 10.0
 
 
-def _arm(wrong: float) -> AntennaModel:
-    """One joint whose numbers are known to 10 %, of which the dry friction is stated wrong by a factor."""
+def _arm(wrong: float, bent: float | None = None) -> AntennaModel:
+    """One joint whose numbers are known to 10 %, of which the dry friction is stated wrong by a factor; that its
+    bristles bend so far (rad), which is known to 50 %, is assumed where it is given.
+    """
     level = COULOMB * wrong
+    assumed = {"uncertainty": "50%", "source": "assumed"}
+    bristles = {} if bent is None else {"sigma0": {"value": level / bent, "unit": "N m/rad", **assumed}}
     axis = {
         "body": {"mass": 1.0, "inertia": {"zz": INERTIA}},
-        "friction": {"coulomb": level, "breakaway": level, "viscous": 0.001},
+        "friction": {"coulomb": level, "breakaway": level, "viscous": 0.001, **bristles},
         "encoder": {"step": STEP},
     }
     document = {"schema": 1, "name": "arm", "kind": "rotary", "incline_sine": 0.0, "uncertainty": f"{_STATED}%"}
@@ -32,7 +36,7 @@ def _arm(wrong: float) -> AntennaModel:
 
 
 @contextmanager
-def _with(*effects: str, wrong: float) -> Iterator[tuple[Inquiry, State]]:
+def _with(*effects: str, wrong: float, bent: float | None = None) -> Iterator[tuple[Inquiry, State]]:
     """Two logs of the arm, and these effects fitted to them beside the known numbers."""
     logs = []
     for seed, speed in enumerate((1.0, 0.8)):
@@ -42,7 +46,7 @@ def _with(*effects: str, wrong: float) -> Iterator[tuple[Inquiry, State]]:
     with open_executor(1, None) as executor:
         names = effect_names(effects, ())
         inquiry, _ = prepared(
-            _arm(wrong), tuple(logs[:1]), tuple(logs[1:]), None, names, Policy(), executor, lambda text: None
+            _arm(wrong, bent), tuple(logs[:1]), tuple(logs[1:]), None, names, Policy(), executor, lambda text: None
         )
         inquiry, state = recalibrated(inquiry, as_stated(inquiry))
         for effect in effects:
@@ -78,3 +82,11 @@ def test_a_known_number_at_the_end_of_its_uncertainty_may_be_beyond_it() -> None
     # of its logarithm: what the model says of it ends nowhere sharply
     assert low < -1.3 * _STATED / 100.0
     assert high < 0.0
+
+
+def test_what_goes_with_a_number_that_presses_against_what_is_assumed_of_it_may_go_on_too() -> None:
+    # the joint has no bristles, and the model ones that bend far: at the end of what is said of them the level is low
+    with _with("coulomb", wrong=0.8, bent=0.01) as (inquiry, state):
+        assert [state.hypothesis.floating[i].path for i in state.hypothesis.pressing] == ["friction.sigma0"]
+        low, high = parameter_intervals(inquiry, state, 0)["coulomb"]
+    assert low < COULOMB < high

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from gimbal_hil.knowledge.discrepancy.hypotheses import FitRule, fit, prior_weights, values_of
+from gimbal_hil.knowledge.discrepancy.hypotheses import FitRule, Hypothesis, fit, prior_weights, values_of
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State, weighing_of
 from gimbal_hil.knowledge.discrepancy.twin import Floats
 from gimbal_hil.knowledge.estimation import block_sums
@@ -24,6 +24,9 @@ _STEP, _NOTHING = 1e-4, 1e-300
 _ALL = 1e3
 #: of states that somebody still has: every interval asks for it
 _found: WeakKeyDictionary[State, Floats] = WeakKeyDictionary()
+_let_go: WeakKeyDictionary[State, Hypothesis] = WeakKeyDictionary()
+#: times its uncertainty that a number may go on that presses against the end of that
+_LET_GO = 4.0
 
 
 def covariance(inquiry: Inquiry, state: State) -> Floats:
@@ -83,6 +86,7 @@ class _Moves:
     changes: Callable[[Floats], dict[str, float]]
     #: derivatives of the same
     slopes: dict[str, Floats]
+    angles: frozenset[str]
 
 
 def parameter_intervals(inquiry: Inquiry, state: State, index: int) -> dict[str, tuple[float, float]]:
@@ -93,6 +97,8 @@ def parameter_intervals(inquiry: Inquiry, state: State, index: int) -> dict[str,
     uncertainty, and data tell the two together far better than either.
     """
     moves, spread = _moves(inquiry, state, index), covariance(inquiry, state)
+    let_go = _where_nothing_presses(inquiry, state)
+    elsewhere = values_of(inquiry.twin.model, inquiry.twin, let_go, index, held=False) if let_go else moves.values
     knobs = state.hypothesis.causes[index].family.knobs
     factors = {name for knob in knobs for name in knob.parameters if knob.move is Move.FACTOR}
     out = {}
@@ -103,10 +109,34 @@ def parameter_intervals(inquiry: Inquiry, state: State, index: int) -> dict[str,
         # along a factor the whole reach is walked; a size is linear, and a phase must not come round
         walked, stretched = (_REACH, 1.0) if name in factors else (1.0, _REACH)
         ends = [stretched * moves.changes(side * walked * along)[name] for side in (-1.0, 1.0)]
-        below, above = min(0.0, *ends), max(0.0, *ends)
+        further = _the_short_way(moves, name, elsewhere[name][0] - value)
+        below, above = min(0.0, *ends) + min(0.0, further), max(0.0, *ends) + max(0.0, further)
         least = _LEAST_SHARE * abs(value) if above > below else 0.0
         out[name] = (value + below - least, value + above + least)
     return _within_bounds(moves.effect, out)
+
+
+def _where_nothing_presses(inquiry: Inquiry, state: State) -> Hypothesis | None:
+    """The hypothesis fitted once more where known numbers that press against the end of their uncertainty may go on:
+    what the model says of them is not what the logs ask for, and whatever goes with them goes on too. None where none
+    does.
+    """
+    here = state.hypothesis
+    if not here.pressing:
+        return None
+    if state not in _let_go:
+        floating = tuple(
+            replace(known, trust=_LET_GO * known.trust) if i in here.pressing else known
+            for i, known in enumerate(here.floating)
+        )
+        free = replace(here, floating=floating)
+        found = fit(inquiry.selectable, free, inquiry.floor, weighing_of(inquiry, state), FitRule(10, enough=1e-6))
+        _let_go[state] = found.hypothesis
+    return _let_go[state]
+
+
+def _the_short_way(moves: _Moves, name: str, by: float) -> float:
+    return (by + np.pi) % (2.0 * np.pi) - np.pi if name in moves.angles else by
 
 
 def strength_error(inquiry: Inquiry, state: State, index: int) -> float:
@@ -130,7 +160,7 @@ def _error(slope: Floats, spread: Floats) -> float:
 def _moves(inquiry: Inquiry, state: State, index: int) -> _Moves:
     model, twin, x = inquiry.twin.model, inquiry.twin, state.hypothesis.vector()
     effect = state.hypothesis.causes[index].family.effect
-    angles = {p.name for p in CATALOGUE[effect].parameters if p.periodic}
+    angles = frozenset(p.name for p in CATALOGUE[effect].parameters if p.periodic)
     values, centre = (values_of(model, twin, state.hypothesis, index, held) for held in (True, False))
 
     def changes(step: Floats) -> dict[str, float]:
@@ -145,7 +175,7 @@ def _moves(inquiry: Inquiry, state: State, index: int) -> _Moves:
         name: np.array([max(up[name], -down[name], key=lambda by: abs(by)) / _STEP for up, down in both])
         for name in centre
     }
-    return _Moves(effect, values, changes, slopes)
+    return _Moves(effect, values, changes, slopes, angles)
 
 
 def _within_bounds(effect: str, found: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
