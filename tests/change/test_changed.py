@@ -14,7 +14,7 @@ from gimbal_hil.knowledge.change import CHANGED_SCHEMA, AskedCause, Heard
 from gimbal_hil.knowledge.change.comparing import ChangeKind, Left, MachineComparison, _liked_best
 from gimbal_hil.knowledge.change.one_gain import as_one_gain
 from gimbal_hil.knowledge.change.telling import text_of
-from gimbal_hil.knowledge.discrepancy import Kind, Status
+from gimbal_hil.knowledge.discrepancy import Kind, Status, standing
 from gimbal_hil.surface.cli.app import run
 from sim_backend.model import shipped_model
 from tests.benchmarks.what_changed import draw, right
@@ -219,3 +219,11 @@ def test_a_change_below_the_usual_limit_is_told_where_the_logs_before_are_quiete
     """A ripple of 8.6 mN m leaves 1.48 floors, and the logs before leave 0.78."""
     found = draw("ripple", 9502)
     assert right(found), found
+
+
+def test_what_a_model_leaves_of_a_log_is_weighed_as_in_a_verdict_where_friction_turns() -> None:
+    machine = Machine()
+    table = machine.log(np.random.default_rng(7))
+    without_bristles = machine.model().with_numbers("joint", {"friction.sigma0": 0.0, "friction.sigma1": 0.0}, None)
+    (gap,) = standing(without_bristles, table)
+    assert gap["before"] < 1.5 * gap["noise_floor"]

@@ -140,18 +140,8 @@ def prepared(
     is there.
     """
     tell("smoothing the logs")
-    widest = scored_band((*measured, *holdout))
-
-    def read(tables: Tables, name: Callable[[int], str], end_hz: float) -> tuple[Record, ...]:
-        return tuple(record_of(table, model, end_hz, name(i)) for i, table in enumerate(tables))
-
-    hz = band_hz or widest
-    records = read(measured, searched_name, hz)
-    if band_hz is None:
-        moving = np.array([any(moves(table, axis, model) for table in measured) for axis in model.axes])
-        hz = useful_band(Twin(model, records), widest, moving)
-        records = records if hz == widest else read(measured, searched_name, hz)
-    taught, asked = _long_enough(measured, records), _long_enough(holdout, read(holdout, judging_name, hz))
+    taught, widest, hz = _searched(model, measured, (*measured, *holdout), band_hz)
+    asked = _long_enough(holdout, _read(holdout, model, judging_name, hz))
     twin, held, noise = _in_band(model, taught, asked, max(hz, widest))
     rows = [int(record.keep.sum()) for record in held.records]
     selecting = np.concatenate([np.arange(n) < n // 2 for n in rows])
@@ -172,6 +162,31 @@ def prepared(
         from_encoder=noise.from_encoder,
     )
     return inquiry, noise
+
+
+def judged_alone(model: AntennaModel, table: SignalsTable) -> tuple[Twin, Noise]:
+    """A log as an inquiry would read it, without a search."""
+    logs, widest, hz = _searched(model, (table,), (table,), None)
+    twin, _, noise = _in_band(model, logs, logs, max(hz, widest))
+    return twin, noise
+
+
+def _read(tables: Tables, model: AntennaModel, name: Callable[[int], str], end_hz: float) -> tuple[Record, ...]:
+    return tuple(record_of(table, model, end_hz, name(i)) for i, table in enumerate(tables))
+
+
+def _searched(
+    model: AntennaModel, measured: Tables, all_of_them: Tables, band_hz: float | None
+) -> tuple[_Logs, float, float]:
+    """Logs to search in, the widest band that all of them can have, and the one that is scored, Hz."""
+    widest = scored_band(all_of_them)
+    hz = band_hz or widest
+    records = _read(measured, model, searched_name, hz)
+    if band_hz is None:
+        moving = np.array([any(moves(table, axis, model) for table in measured) for axis in model.axes])
+        hz = useful_band(Twin(model, records), widest, moving)
+        records = records if hz == widest else _read(measured, model, searched_name, hz)
+    return _long_enough(measured, records), widest, hz
 
 
 class _Logs(NamedTuple):

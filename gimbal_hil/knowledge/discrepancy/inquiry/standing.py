@@ -8,15 +8,7 @@ import numpy as np
 
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy.hypotheses import Hypothesis, torque_residual
-from gimbal_hil.knowledge.discrepancy.inquiry.prepare import scored_band
-from gimbal_hil.knowledge.discrepancy.noise import (
-    effective_floors,
-    floors,
-    processing_floors,
-    spectral_floors,
-    wide_twin,
-)
-from gimbal_hil.knowledge.discrepancy.twin import Twin, record_of
+from gimbal_hil.knowledge.discrepancy.inquiry.prepare import judged_alone
 from sim_backend.model import AntennaModel
 
 
@@ -43,13 +35,8 @@ def standing(model: AntennaModel, table: SignalsTable) -> list[StandingGap]:
     """One gap per channel in the form of a verdict's `gaps`, before and after being the same: nothing is searched for
     or tuned.
     """
-    hz = scored_band((table,))
-    twin = Twin(model, (record_of(table, model, hz, "judged"),))
-    structure = twin.structure(())
-    spectra = spectral_floors(twin, wide_twin(twin, (table,)), structure, structure.P)
-    noise = floors(twin, spectra, structure, structure.P)
-    processing = processing_floors(twin, (table,))
-    floor = effective_floors(twin, noise, processing)
+    twin, noise = judged_alone(model, table)
+    floor, hz = noise.effective(twin), twin.records[0].bands.scored_hz
     rms = np.sqrt(np.mean(torque_residual(twin, Hypothesis(), floor) ** 2, axis=0)) * floor
     return [
         {
@@ -62,7 +49,7 @@ def standing(model: AntennaModel, table: SignalsTable) -> list[StandingGap]:
             "noise_floor": float(floor[j]),
             "noise_floor_after": float(floor[j]),
             "noise_floor_from": "this log",
-            "processing_floor": float(processing[j]),
+            "processing_floor": float(noise.processing[j]),
             "closed_fraction": None,
             "closed_low": None,
             "closed_high": None,
