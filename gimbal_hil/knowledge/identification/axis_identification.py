@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
+from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.identification.axis_motion import regression_rule
 from gimbal_hil.knowledge.identification.axis_response import AxisRecord
 from gimbal_hil.knowledge.identification.consistency import (
@@ -126,9 +127,7 @@ def identify_axis(
     estimates = _final(prior, velocity_map, static, presliding, said, rigid[0])
     scale: tuple[DataWarning, ...] = ()
     if rigid[0] is not None:
-        table = _longest(logs).table
-        scale = scale_findings(axis_load(table, model, axis), table, model, axis, estimates)
-        estimates = without_doubted(estimates, scale)
+        estimates, scale = _beside_the_model(estimates, _longest(logs).table, model, axis)
     usable = [e for e in estimates if e.name in LUGRE_NAMES and np.isfinite(e.value)]
     friction = prior.with_values(tuple(e.name for e in usable), np.array([e.value for e in usable]))
     broken = _break_aways(evidence, friction, step)
@@ -298,7 +297,7 @@ def _final(
     # where these fits began is not where the model stood: the map and the slow ramps have spoken before them
     given = dict(zip(LUGRE_NAMES, prior.values().tolist(), strict=True))
     from_motion = {e.name: replace(e, prior=given[e.name]) for e in dynamic.estimates} if dynamic else {}
-    from_regression = _possible(rigid, given)
+    from_regression = {name: _beside(e, given.get(name)) for name, e in _possible(rigid, given).items()}
     final = []
     for name, unit, value in zip(LUGRE_NAMES, LUGRE_UNITS, prior.values().tolist(), strict=True):
         candidates = [source[name] for source in (from_map, from_regression, from_motion) if name in source]
@@ -313,8 +312,26 @@ def _final(
         if not candidates:
             candidates = [withheld(name, unit, value, _why_none(name, velocity_map), EXPERIMENTS[name])]
         final.append(min(candidates, key=_rank))
-    final += [replace(from_regression[name], prior=None) for name in ("inertia", "offset") if name in from_regression]
+    final += [from_regression[name] for name in ("inertia", "offset") if name in from_regression]
     return tuple(final)
+
+
+def _beside_the_model(
+    estimates: tuple[Estimate, ...], table: SignalsTable, model: AntennaModel, axis: str
+) -> tuple[tuple[Estimate, ...], tuple[DataWarning, ...]]:
+    """Numbers of a regression with the model's inertia beside theirs, and what the model's torques say of them."""
+    load = axis_load(table, model, axis)
+    scale = scale_findings(load, table, model, axis, estimates)
+    given = (_beside(e, load.inertia if e.name == "inertia" else e.prior) for e in estimates)
+    return without_doubted(tuple(given), scale), scale
+
+
+def _beside(found: Estimate, given: float | None) -> Estimate:
+    """A number of a regression, which begins from none, beside the model's; that stands where it is not identified."""
+    if given is None:
+        return found
+    stands = found.verdict is Determination.NOT_IDENTIFIED
+    return replace(found, prior=given, value=given if stands else found.value)
 
 
 def _why_none(name: str, velocity_map: VelocityMap | None) -> str:

@@ -185,8 +185,7 @@ def settle(
     if verdict is Determination.WEAKLY_IDENTIFIED:
         why = reason or "the interval is wider than a quarter of the value or ends at a physical bound"
         return Estimate(name, fitted, interval, unit, verdict, fitted, prior, why, experiment)
-    kept = "; the prior is kept" if prior is not None else "; no prior to fall back on"
-    why = (reason or "the data fit about as well over a range wider than the value itself") + kept
+    why = reason or "the data fit about as well over a range wider than the value itself"
     return Estimate(name, fitted if prior is None else prior, interval, unit, verdict, fitted, prior, why, experiment)
 
 

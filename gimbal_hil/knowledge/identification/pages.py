@@ -34,7 +34,7 @@ _DIRECTIONS = {
 _WORDS = {
     Determination.IDENTIFIED: "identified",
     Determination.WEAKLY_IDENTIFIED: "weakly identified",
-    Determination.NOT_IDENTIFIED: "not identified, prior kept",
+    Determination.NOT_IDENTIFIED: "not identified",
 }
 
 
@@ -86,8 +86,10 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
         measured = [e for e in result.estimates if e not in priors]
         blocks.append(Tiles([(quantity(e.value, e.unit), _tile_text(e)) for e in measured]))
     if priors:
-        stand = ", ".join(f"{said(e.name)} {quantity(e.value, e.unit)}" for e in priors)
-        blocks.append(Text(f"Not identified from these logs, so the model's own numbers stand: {stand}."))
+        stand = ", ".join(f"{said(e.name)} {quantity(e.value, e.unit)}" for e in priors if e.prior is not None)
+        none = ", ".join(said(e.name) for e in priors if e.prior is None)
+        text = f"Not identified from these logs, so the model's own numbers stand: {stand}." if stand else ""
+        blocks.append(Text(f"{text} Not identified, and no number of the model: {none}.".strip() if none else text))
     blocks += [Callout(finding.text[:1].upper() + finding.text[1:], "warning") for finding in result.findings]
     folded: list[Block] = []
     fits = tuple(fit for fit in (result.both, result.positive, result.negative) if fit is not None)
@@ -201,7 +203,8 @@ def _estimate_table(model: AntennaModel, result: AxisIdentification) -> Table:
     sources = {e.name: _source_of(model, result.axis, e.name) for e in result.estimates}
     header = ["parameter", "value", "low", "high", "unit", "verdict", "model given"]
     header += ["where the model has it from"] if any(sources.values()) else []
-    reasons = [". ".join(part for part in (e.reason, e.experiment) if part) for e in result.estimates]
+    parts = [[part[0].upper() + part[1:] for part in (e.reason, e.experiment) if part] for e in result.estimates]
+    reasons = [". ".join(part) for part in parts]
     header += ["why, and what would settle it"] if any(reasons) else []
     rows = []
     for e, reason in zip(result.estimates, reasons, strict=True):
