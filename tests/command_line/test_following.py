@@ -60,6 +60,7 @@ LINES = [
     following.after_changed(OPEN | {"effects": []}, Path("out/changed")),
     following.after_improve(Path("better"), None, True),
     following.after_improve(Path("better"), Path("c.yaml"), False),
+    following.after_improve(Path("better"), None, True, None, ["viscous"]),
     following.after_tune(Path("c.yaml"), Path("c.tuned.yaml"), "realistic", 2),
     following.after_tune(Path("c.yaml"), Path("c.tuned.yaml"), "emps", 1),
     following.after_replay(HERE, True),
@@ -100,6 +101,12 @@ def test_several_logs_beside_a_model_lead_to_a_verdict_that_the_last_one_judges(
         "gimbal-hil discrepancy --model m.yaml --measured a.csv --measured b.csv --holdout c.csv "
         "--column j.position=q:deg --out verdict"
     )
+
+
+def test_an_improved_model_whose_friction_its_logs_would_not_show_leads_to_friction() -> None:
+    assert " experiment sliding " in following.after_improve(Path("better"), None, True, None, ["viscous", "inertia"])
+    assert " experiment survey " in following.after_improve(Path("better"), None, True, None, ["inertia"])
+    assert " experiment step " in following.after_improve(Path("better"), None, True)
 
 
 @pytest.mark.parametrize("line", LINES)

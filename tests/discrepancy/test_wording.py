@@ -47,9 +47,10 @@ def test_the_page_says_each_cause_on_a_line_and_a_contradiction_once() -> None:
     effects = [_bias(5e-3, 4.9e-3, 5.1e-3), _bias(6e-3, 5.9e-3, 6.1e-3)]
     against = {"rule": "torque_shifted", "axis": "EL", "text": "the torque column is late"}
     lines = [f"{wording.headline(effect)}." for effect in effects]
-    text = " ".join([*lines, "They explain it."]) + wording.told_shift(against) + wording.told_against(against)
-    said = _said({"verdict": "named", "effects": effects, "contradictions": [against], "text": text})
-    assert (said.text, said.more) == ("\n".join(lines), "They explain it.")
+    words = wording.Said("\n".join(lines), "They explain it.", wording.told_against(against).strip())
+    assert words.text == " ".join([*lines, "They explain it.", words.against])
+    found: Any = SimpleNamespace(kind=Kind.NAMED, said=words)
+    assert (_said(found).text, _said(found).more) == ("\n".join(lines), "They explain it.")
 
 
 def test_what_half_or_twice_would_not_have_shown_is_not_said_to_show_from_less() -> None:
@@ -69,4 +70,4 @@ def test_a_gap_that_passes_for_noise_is_told_where_logs_cannot_judge() -> None:
         request=SimpleNamespace(policy=SimpleNamespace(least_gap=1.5)),
         decision=SimpleNamespace(kind=Kind.CANNOT_JUDGE),
     )  # fmt: skip
-    assert "still has a gap of 2.0 noise floors" in wording.told(result, (), [cast(Gap, gap)], ())
+    assert "still has a gap of 2.0 noise floors" in wording.told(result, (), [cast(Gap, gap)], ()).grounds

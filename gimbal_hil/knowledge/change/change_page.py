@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.change.comparing import ChangeKind, MachineComparison
 from gimbal_hil.knowledge.change.telling import answer_of, document_of
-from gimbal_hil.knowledge.discrepancy import entries_of
+from gimbal_hil.knowledge.discrepancy import entries_of, smallest_shown
 from gimbal_hil.pages.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles, quantity
 
 if TYPE_CHECKING:
@@ -126,18 +126,7 @@ def _shared(document: Json) -> Table:
 
 def _unseen(document: Json) -> list[Block]:
     """What these logs would not have shown."""
-    blocks: list[Block] = []
-    if document["smallest_shown"]:
-        rows = [
-            (
-                f"{one['name']} ({one['axis']})",
-                f"{one['parameter']} {one['size']:g}{'' if one['unit'] == '1' else ' ' + one['unit']}",
-                "" if one["relative"] is None else f"{100.0 * one['relative']:.3g} %",
-            )
-            for one in document["smallest_shown"]
-        ]
-        head = ("number or effect", "smallest change that would have shown", "of the model's number")
-        blocks.append(Details("The smallest changes that these logs would have shown", [Table(head, rows)]))
+    blocks: list[Block] = [*smallest_shown(document["smallest_shown"], "changes")]
     if document["not_testable"]:
         rows = [(one["name"], one["axis"], one["reason"]) for one in document["not_testable"]]
         blocks.append(Details("Not told by these logs", [Table(("effect", "axis", "reason"), rows)]))

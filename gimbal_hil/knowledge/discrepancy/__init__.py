@@ -52,6 +52,7 @@ from gimbal_hil.knowledge.discrepancy.verdict import (
     refusal,
     separating_runs,
     showing_sequences,
+    smallest_shown,
     verdict_of,
     with_torque_times,
 )
@@ -105,6 +106,7 @@ __all__ = [
     "scored_band",
     "separating_runs",
     "showing_sequences",
+    "smallest_shown",
     "standing",
     "verdict_of",
     "with_torque_times",

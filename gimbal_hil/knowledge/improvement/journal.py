@@ -83,7 +83,7 @@ class Measured:
 @dataclass(frozen=True)
 class Diagnosed:
     """What a diagnosis on all runs so far said, what the loop makes of it, and the model that it leaves (a file below
-    the folder).
+    the folder). `text` is the answer, `more` how it is known.
     """
 
     round: int
@@ -101,6 +101,9 @@ class Diagnosed:
     remark: str
     model: str | None
     wall_s: float
+    more: str = ""
+    #: where the logs cannot judge the model: numbers that could be off by a factor of two, as in a verdict
+    would_not_show: list[Json] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -113,12 +116,13 @@ class Stopped:
 
 @dataclass(frozen=True)
 class Ended:
-    """The last line of a complete improvement."""
+    """The last line of a complete improvement: `text` says the ending, `more` what is left and what could be done."""
 
     ending: str
     text: str
     antenna_s: float
     rounds: int
+    more: str = ""
 
 
 Entry: TypeAlias = Started | Resumed | Chosen | Refused | Measuring | Measured | Diagnosed | Stopped | Ended

@@ -131,8 +131,9 @@ class _Loop:
             else:
                 round_number += 1
                 ending = None if decision is NextStep.AGAIN else self._next_run(round_number, decision, choice)
-        text = ending_text(ending, self.diagnoses, self.left)
-        self.journal.write(Ended(ending.word, text, self.used_s, round_number))
+        said, more = ending_text(ending, self.diagnoses, self.left)
+        self.journal.write(Ended(ending.word, said, self.used_s, round_number, more))
+        text = f"{said} {more}".strip()
         self.say(text)
         return Improvement(self.model, ending, text, tuple(self.diagnoses), self.used_s)
 
@@ -284,7 +285,7 @@ class _Loop:
         one = Diagnosed(
             number,
             verdict["verdict"],
-            verdict["text"],
+            found.said.answer,
             verdict["gaps"],
             verdict["effects"],
             verdict["alternatives"],
@@ -294,6 +295,8 @@ class _Loop:
             remark,
             place,
             time.monotonic() - began,
+            " ".join(part for part in (found.said.grounds, found.said.against) if part),
+            list(found.would_not_show) if found.kind is Kind.CANNOT_JUDGE else [],
         )
         self.model, self.base = self.model if model is None else model, base
         (self.task.out / f"round_{number}" / _BASE_FILE).write_text(base.to_yaml(), encoding="utf-8")
@@ -306,7 +309,7 @@ class _Loop:
 
     def _noted(self, one: Diagnosed) -> Diagnosed:
         self.journal.write(one)
-        self.say(f"round {one.round}: {_words(one.verdict)}: {one.text}")
+        self.say(f"round {one.round}: {_words(one.verdict)}: {one.text} {one.more}".strip())
         self.diagnoses.append(one)
         return one
 

@@ -88,10 +88,8 @@ def _conclusion(end: Ended | Stopped | None, rounds: Sequence[Diagnosed]) -> Cal
         at_the_floor = end.ending == Ending.AT_THE_FLOOR.word
         tone = "good" if at_the_floor and not (rounds and leaves_unjudged(rounds[-1])) else "warning"
         if added and tone == "good":
-            return Callout(added, tone, end.text)
-        # what is left stands below the ending itself
-        said, left = end.text.split(". ", 1) if at_the_floor and ". " in end.text else (end.text, "")
-        return Callout(f"{said.rstrip('.')}.", tone, left)
+            return Callout(added, tone, f"{end.text} {end.more}".strip())
+        return Callout(end.text, tone, end.more)
     return Callout(
         f"Stopped before its end: {end.reason if end else 'the log goes no further'}. --resume goes on from here.",
         "warning",
@@ -255,7 +253,7 @@ def _left(last: Diagnosed, end: Ended | Stopped | None) -> list[Block]:
     header = ("channel", "noise floor", "before [floors]", "after [floors]")
     blocks: list[Block] = [Table(header, rows, f"Round {last.round}, on data that no part of the search used.")]
     if not (isinstance(end, Ended) and end.ending == Ending.AT_THE_FLOOR.word):
-        blocks.append(Text(last.text))
+        blocks.append(Text(f"{last.text} {last.more}".strip()))
     if last.remark:
         blocks.append(Callout(last.remark, "warning"))
     if last.alternatives:
@@ -303,6 +301,6 @@ def _line(entry: Entry) -> str:
         case Stopped():
             return f"         stopped     {entry.reason}"
         case Ended():
-            return f"         ended       {entry.ending}: {entry.text}"
+            return f"         ended       {entry.ending}: {entry.text} {entry.more}".rstrip()
         case _:
             return "         started"

@@ -80,21 +80,22 @@ def session_of(task: Task) -> dict[str, Any]:
     }
 
 
-def ending_text(ending: Ending, diagnoses: Sequence[Diagnosed], left: str) -> str:
-    """An ending with what is left, in a sentence."""
+def ending_text(ending: Ending, diagnoses: Sequence[Diagnosed], left: str) -> tuple[str, str]:
+    """An ending in a sentence, and what is left."""
     worst = worst_gap(diagnoses[-1]) if diagnoses else None
     said = ending.value[0].upper() + ending.value[1:]
     if ending is Ending.AT_THE_FLOOR and worst is not None:
         said = f"{said}: its largest gap is {worst:.2f} floors on a motion that it had not seen"
         unjudged = []
         if leaves_unjudged(diagnoses[-1]):
+            # the answer of the diagnosis says no more than this
             said += ", but these logs cannot judge it"
-            # the diagnosis begins with that too
-            unjudged = [diagnoses[-1].text.split("cannot judge the model. ", 1)[-1]]
-        return " ".join([f"{said}.", *unjudged, *(one.remark for one in diagnoses if one.remark)])
+            unjudged = [diagnoses[-1].more]
+        return f"{said}.", " ".join([*unjudged, *(one.remark for one in diagnoses if one.remark)])
     if ending is Ending.TIME_USED_UP:
-        return f"{said}: {left or 'the next experiment does not fit'}."
-    return f"{said}. {diagnoses[-1].remark or diagnoses[-1].text}"
+        return f"{said}: {left or 'the next experiment does not fit'}.", ""
+    last = diagnoses[-1]
+    return f"{said}.", last.remark or f"{last.text} {last.more}".strip()
 
 
 def leaves_unjudged(diagnosed: Diagnosed) -> bool:

@@ -347,9 +347,16 @@ def _deciding(verdict: Json) -> str:
     return next((name for word, name in _DWELLS if word in regimes), "reversals")
 
 
-def after_improve(out: Path, config: Path | None, at_the_floor: bool, run: Path | None = None) -> str:
-    """A step with the improved model, or another improvement from where this one ended."""
+def after_improve(
+    out: Path, config: Path | None, at_the_floor: bool, run: Path | None = None, hidden: Collection[str] = ()
+) -> str:
+    """The first use of the improved model, the run that shows what its logs would not have (`hidden`: names of
+    numbers), or another improvement from where this one ended.
+    """
     model = out / "model.yaml"
+    if at_the_floor and hidden:
+        name = "sliding" if FRICTIONS & set(hidden) else "survey"
+        return _experiment(name, LogOrigin(None if run else config, run), model, out / name)
     if at_the_floor:
         return _with_model(model, LogOrigin(None if run else config, run), out)
     if not model.exists():

@@ -126,7 +126,8 @@ def command(
         journal.close()
     _write_results(task, journal, done, as_json)
     if not as_json:
-        print_next(after_improve(out, begun.config, done.ending is Ending.AT_THE_FLOOR, begun.run))
+        hidden = [one["name"] for one in done.diagnoses[-1].would_not_show] if done.diagnoses else []
+        print_next(after_improve(out, begun.config, done.ending is Ending.AT_THE_FLOOR, begun.run, hidden))
     return EXIT_DONE if done.ending is Ending.AT_THE_FLOOR else EXIT_NO
 
 

@@ -11,6 +11,7 @@ from gimbal_hil.knowledge.discrepancy.verdict.separating import (
     showing_sequences,
     why_not_testable,
 )
+from gimbal_hil.knowledge.discrepancy.verdict.shown_table import smallest_shown
 from gimbal_hil.knowledge.discrepancy.verdict.torque_times import with_torque_times
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict, entries_of, refusal, verdict_of
 from gimbal_hil.knowledge.discrepancy.verdict.wording import headline
@@ -31,6 +32,7 @@ __all__ = [
     "refusal",
     "separating_runs",
     "showing_sequences",
+    "smallest_shown",
     "verdict_of",
     "why_not_testable",
     "with_torque_times",

@@ -18,8 +18,8 @@ from gimbal_hil.knowledge.discrepancy.verdict.page_figures import (
     time_figure,
     where_figure,
 )
+from gimbal_hil.knowledge.discrepancy.verdict.shown_table import smallest_shown
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict, entries_of
-from gimbal_hil.knowledge.discrepancy.verdict.wording import headline, told_against, told_shift
 from gimbal_hil.pages.report import (
     Block,
     Callout,
@@ -36,8 +36,8 @@ from gimbal_hil.pages.report import (
 from sim_backend.model import AntennaModel
 
 _GAP_CAPTION = (
-    "Rms that is left of each channel {}, with the model as given and with what is told. The processing floor is the "
-    "error of the method itself."
+    "Rms that is left of each channel {}, with the model as given and with what is told. The processing floor, where "
+    "there is one, is the error of the method itself."
 )
 _TONE = {
     "named": "good",
@@ -60,16 +60,15 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
         blocks += _looks_like(result)
     if verdict["alternatives"]:
         blocks += [Heading("What it could also be"), _alternatives(verdict)]
-    if verdict["next_experiment"]:
-        blocks.append(Callout(f"Run this next: {verdict['next_experiment']['plan']}", "neutral"))
-    blocks += [
-        Heading("Where it sits"),
-        Plot(
-            where_figure(result, told),
-            "Share of the squared gap with 90 % block-bootstrap intervals; red marks are the share of time. Every group"
-            " cuts the same data in another way: within one group the bars add up to 1.",
-        ),
-    ]
+    if found.where:
+        blocks += [
+            Heading("Where it sits"),
+            Plot(
+                where_figure(result, told),
+                "Share of the squared gap with 90 % block-bootstrap intervals; red marks are the share of time. Every "
+                "group cuts the same data in another way: within one group the bars add up to 1.",
+            ),
+        ]
     rivals = _rivals(result)
     blocks += [Heading("What was tried"), _ranking(result), *([rivals] if rivals else [])]
     blocks += [
@@ -98,6 +97,7 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
         heads = ("axis", "number", "model", "known to", "refitted", "moved by, of what it is known to")
         rows = [_moved_row(moved) for moved in verdict["recalibrated"]]
         blocks.append(Details("Known numbers that had to move", [Table(heads, rows)]))
+    blocks += smallest_shown(verdict["smallest_shown"], "errors")
     if verdict["not_testable"]:
         unseen = [(n["name"], n["axis"], n["reason"]) for n in verdict["not_testable"]]
         blocks.append(Details("What this data cannot show", [Table(("effect", "axis", "reason"), unseen)]))
@@ -113,10 +113,12 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
 def _answer(result: Result, found: Verdict, gap: Gap) -> list[Block]:
     """What a reader came for: the sentence, the figures, how large the gap is, and the plot that shows its kind."""
     verdict, which = found.document, "largest gap" if gap is found.gap else "gap"
+    planned = verdict["next_experiment"]
     share = "-" if gap.closed_fraction is None else f"{gap.closed_fraction:.1%}"
     closed = [(share, f"of the gap closed {_judged_on(result)}")] if explained(result) else []
     return [
-        _said(verdict),
+        _said(found),
+        *([Callout(f"Run this next: {planned['plan']}.", "neutral")] if planned else []),
         *(Callout(f"{against['axis']}: {against['text']}.", "warning") for against in verdict["contradictions"]),
         Tiles(
             (
@@ -135,23 +137,12 @@ def _answer(result: Result, found: Verdict, gap: Gap) -> list[Block]:
     ]
 
 
-def _said(verdict: Json) -> Callout:
-    """The verdict's own words: a line for each cause, then how it is known. Contradictions have their own place."""
-    causes = [f"{headline(effect)}." for effect in verdict["effects"]]
-    text = verdict["text"]
-    for against in verdict["contradictions"]:
-        text = text.replace(told_against(against), "").replace(told_shift(against), "")
-    tone, first = _TONE[verdict["verdict"]], " ".join(causes)
-    if causes:
-        return Callout("\n".join(causes), tone, text.removeprefix(first).strip())
-    if verdict["verdict"] in ("no_discrepancy", "cannot_judge"):
-        # the first sentence is the answer, sizes are for who wants to know
-        answer, _, sizes = text.partition(". ")
-        if tone == "good" and "where known numbers move" in answer:
-            # true of other numbers than the model file has
-            tone = "neutral"
-        return Callout(f"{answer.removesuffix('.')}.", tone, sizes)
-    return Callout(text, tone)
+def _said(found: Verdict) -> Callout:
+    """The verdict's own words; contradictions have their own place."""
+    tone = _TONE[found.kind.value]
+    if tone == "good" and found.said.moved:
+        tone = "neutral"
+    return Callout(found.said.answer, tone, found.said.grounds)
 
 
 def _looks_like(result: Result) -> list[Block]:
@@ -191,8 +182,8 @@ def _judged_on(result: Result) -> str:
 def _proof(result: Result, gap: Gap) -> list[Block]:
     """The plot that shows what kind of thing is missing: what is left over position, speed and temperature."""
     caption = (
-        f"Dots: rows, {_judged_on(result)}; lines: their mean over position, rate and temperature where it is logged. "
-        "A wave in the first panel is a ripple, a slope in the second acts with speed, a step at zero with direction."
+        f"Dots: rows, {_judged_on(result)}; lines: their mean over what is below each panel. "
+        "A wave over position is a ripple, a slope over rate acts with speed, a step at zero rate with direction."
     )
     return [
         Heading(f"What is left of {gap.axis} {gap.signal.replace('_', ' ')}, and over what"),
@@ -257,13 +248,14 @@ def _ranking(result: Result) -> Table:
                 )
             )
     judging = "last part" if result.suspected_only else "hold-out"
-    header = ("round", "candidate", "axis", "takes, fitted", "sure", f"takes, {judging}", "sure", "its control takes")
+    errors = "in standard errors"
+    header = ("round", "candidate", "axis", "takes, fitted", errors, f"takes, {judging}", errors, "its control takes")
     return Table(
         header,
         rows,
         "What a candidate takes, in mean squares of what was left before it, on what is fitted and on the part of the "
-        f"{'log' if result.suspected_only else 'hold-out'} that selects; sure: standard errors over blocks. A control "
-        "is the candidate's own response, scrambled in time.",
+        f"{'log' if result.suspected_only else 'hold-out'} that selects, and how many of its standard errors over "
+        "blocks that is. A control is the candidate's own response, scrambled in time.",
     )
 
 

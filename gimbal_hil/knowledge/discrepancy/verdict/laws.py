@@ -35,29 +35,24 @@ def _entry(result: Result, law: DescribedLaw) -> dict[str, object]:
     }
 
 
-def told_laws(result: Result) -> str:
-    """What the gap looks like, in one sentence for each law."""
+def told_laws(result: Result) -> tuple[str, str]:
+    """What the gap looks like, a line for each law, and how that is known."""
     if result.described is None:
-        return ""
-    said = []
+        return "", ""
+    looks, known = [], []
     for law in result.described.laws:
         curve, linear = law.curve, result.model.is_linear
         over, unit = curve.shape.over[0], UNIT_OVER[curve.shape.over[0]][linear]
         low, high = curve.knots[0][0], curve.knots[0][-1]
         size = quantity(float(max(abs(curve.values))), UNIT_OF[curve.shape.acts_on][linear])
-        said.append(
-            f" It looks like {curve.shape.text}: up to {size}, seen from "
-            f"{low:.3g} to {high:.3g} {unit} of {over.value.replace('_', ' ')}{_outside(law)}. It takes "
+        form = "" if law.formula is None else f", in the form of {law.formula.phrase}"
+        looks.append(f"It looks like {curve.shape.text}: up to {size}{form}.")
+        outside = " and held constant outside" if law.formula is None else f": {law.formula.text}"
+        known.append(
+            f"Seen from {low:.3g} to {high:.3g} {unit} of {over.value.replace('_', ' ')}{outside}. It takes "
             f"{law.gain:.0%} of the squares on rows that had no part in it.{_as_well(law)}"
         )
-    return "".join(said)
-
-
-def _outside(law: DescribedLaw) -> str:
-    """What a law says where nothing was seen, and its form where it has one."""
-    if law.formula is None:
-        return " and held constant outside"
-    return f"; it has the form of {law.formula.phrase}: {law.formula.text}"
+    return "\n".join(looks), " ".join(known)
 
 
 def _as_well(law: DescribedLaw) -> str:

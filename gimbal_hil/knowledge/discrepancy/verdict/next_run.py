@@ -17,18 +17,20 @@ _OF_GROUP = {
     RegimeGroup.TEMPERATURE: Variable.TEMPERATURE,
 }
 _RUNS = {
-    Variable.DIRECTION: "the same way of {axis} both ways at a constant speed, three laps with a `repeat` column",
+    Variable.DIRECTION: "the same way of {axis} both ways at a constant speed, three laps counted"
+    " in a column named repeat",
     Variable.POSITION: "one slow turn of {axis} at two constant speeds, both ways, to search and to judge",
-    Variable.RATE: "constant speeds of {axis} over a decade, both directions, three laps with a `repeat` column",
+    Variable.RATE: "constant speeds of {axis} over a decade, both directions, three laps counted"
+    " in a column named repeat",
     Variable.ACCELERATION: "the same speeds of {axis}, reached and left gently, and sharply",
     Variable.TORQUE: "the same motion of {axis} at two loads: a mass added, or against gravity and with it",
     Variable.TEMPERATURE: "the same motion of {axis} cold and warm",
-    Variable.TIME: "the same motion of {axis} three times over, with a `repeat` column",
+    Variable.TIME: "the same motion of {axis} three times over, counted in a column named repeat",
     Variable.BASE_MOTION: "the same motion of {axis} on a base that stands, and on one that moves",
     Variable.OTHER_TORQUE: "the same motion of {axis} while the other axis stands, and while it is driven",
     Variable.ATTITUDE: "the same motion of {axis} with the base level, and with it tilted",
-    Variable.PAST: "reversals of {axis} after short ways and after long ones, after a rest and without, three laps with"
-    " a `repeat` column",
+    Variable.PAST: "reversals of {axis} after short ways and after long ones, after a rest and without, three laps"
+    " counted in a column named repeat",
 }
 
 

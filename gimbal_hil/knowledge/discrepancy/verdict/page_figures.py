@@ -15,6 +15,7 @@ from gimbal_hil.knowledge.discrepancy.twin import Floats
 from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap
 from gimbal_hil.knowledge.discrepancy.verdict.where import Regime, regimes
 from gimbal_hil.pages.report import scaled_unit
+from sim_backend.effects import Variable
 from sim_backend.model import UNIT_OF, UNIT_OVER, ActsOn
 
 if TYPE_CHECKING:
@@ -29,18 +30,21 @@ _A_REST = 0.005
 
 
 def gap_figure(verdict: Json) -> Drawing:
-    """Rms left per channel, in noise floors."""
+    """Rms left per channel, in noise floors; after only where something is told that would close it."""
     from gimbal_hil.pages.plots import MODEL, REFERENCE, SECOND, figure, in_floors
 
     labels = [f"{g['axis']}<br>{g['signal'].replace('_', ' ')}" for g in verdict["gaps"]]
     drawn = figure("Left over, in noise floors", "", "rms / noise floor", 360)
     drawn_shares: list[float] = []
+    after = [("after", "after", MODEL)] if verdict["effects"] or verdict["laws"] else []
     for name, key, colour in (
-        ("before", "before", REFERENCE),
-        ("after", "after", MODEL),
+        ("before" if after else "left", "before", REFERENCE),
+        *after,
         ("processing floor", "processing_floor", SECOND),
     ):
         shares = [gap[key] / gap["noise_floor"] for gap in verdict["gaps"]]
+        if not any(shares):
+            continue
         drawn.add_bar(name=name, x=labels, y=shares, marker=dict(color=colour))
         drawn_shares += shares
     # room for the words of the line beside the last bars
@@ -121,19 +125,27 @@ def over_figure(result: Result, gap: Gap) -> Drawing:
     factor, unit = scaled_unit(float(np.max(np.abs(before), initial=0.0)), gap.unit)
     before, after = factor * before, factor * after
     word = gap.signal.replace("_", " ")
-    drawn = figure_of_panels(
-        [name for name, _ in over], f"{word} left [{unit}]", 250, f"{gap.axis} {word} left over, before and after"
-    )
+    both = ", before and after" if explained(result) else ""
+    title = f"{gap.axis} {word} left over{both}"
+    drawn = figure_of_panels([name for name, _ in over], f"{word} left [{unit}]", 250, title)
     few = thinned(len(before), _DOTS)
     lines = [("before", before, REFERENCE)] + ([("after", after, MODEL)] if explained(result) else [])
     for row, (_, x) in enumerate(over, start=1):
         for name, left, colour in lines:
-            dots = dict(mode="markers", marker=dict(size=3, color=colour, opacity=0.35))
-            drawn.add_scatter(x=x[few], y=left[few], name=f"rows, {name}", showlegend=row == 1, row=row, **dots)
+            dots = dict(mode="markers", marker=dict(size=4, color=colour, opacity=0.6))
+            drawn.add_scatter(
+                x=x[few], y=left[few], name=f"rows{f', {name}' if both else ''}", showlegend=row == 1, row=row, **dots
+            )
             place, mean = sliced_mean(x, left)
             line = dict(color="#1c2530" if name == "before" else colour, width=1.5)
             drawn.add_scatter(
-                x=place, y=mean, name=f"mean, {name}", line=line, showlegend=row == 1, row=row, mode="lines"
+                x=place,
+                y=mean,
+                name=f"mean{f', {name}' if both else ''}",
+                line=line,
+                showlegend=row == 1,
+                row=row,
+                mode="lines",
             )
     return drawn
 
@@ -190,7 +202,9 @@ def sliced_mean(x: Floats, y: Floats) -> tuple[Floats, Floats]:
 
 
 def _abscissas(result: Result, axis: str) -> list[tuple[str, Floats]]:
-    """(title with unit, values at the scored rows of the hold-out) of what a gap can depend on."""
+    """(title with unit, values at the scored rows of the hold-out) of what a gap can depend on; time where it alone
+    foretells it.
+    """
     twin = result.inquiry.holdout
     i = twin.model.axes.index(axis)
     unit = "m" if twin.model.is_linear else "rad"
@@ -204,6 +218,9 @@ def _abscissas(result: Result, axis: str) -> list[tuple[str, Floats]]:
     ]
     if any(r.has_temperature for r in twin.records):
         found.append(("temperature [degC]", column([r.heat[:, i] for r in twin.records])))
+    over = result.decision.depends_on
+    if over is not None and over[0] is Variable.TIME:
+        found.insert(0, ("time [s]", np.concatenate([r.time_s[r.keep] for r in twin.records])))
     return found
 
 

@@ -37,8 +37,8 @@ def with_torque_times(
     """A verdict that also says whose torque column is early or late, the told causes being there."""
     shifted = shifted_torques(_explained(result), tables, stated)
     against = tuple({"rule": one.rule, "axis": one.axis, "text": one.text} for one in shifted)
-    text = found.text + "".join(map(told_shift, against))
-    return replace(found, contradictions=(*found.contradictions, *against), text=text)
+    said = replace(found.said, against=f"{found.said.against}{''.join(map(told_shift, against))}".strip())
+    return replace(found, contradictions=(*found.contradictions, *against), said=said)
 
 
 def _explained(result: Result) -> AntennaModel:

@@ -33,6 +33,7 @@ from gimbal_hil.knowledge.discrepancy.verdict.separating import CHANCE, separati
 from gimbal_hil.knowledge.discrepancy.verdict.testable import not_testable
 from gimbal_hil.knowledge.discrepancy.verdict.where import Regime, RegimeGroup, most_telling, regimes
 from gimbal_hil.knowledge.discrepancy.verdict.wording import (
+    Said,
     contradiction_of,
     told,
     told_against,
@@ -51,7 +52,7 @@ class Verdict:
     """The content of verdict.json."""
 
     kind: Kind
-    text: str
+    said: Said
     where: tuple[Json, ...]
     effects: tuple[Json, ...]
     alternatives: tuple[Json, ...]
@@ -75,6 +76,11 @@ class Verdict:
     laws: tuple[Json, ...] = ()
 
     @property
+    def text(self) -> str:
+        """What was found and how sure it is, in one line."""
+        return self.said.text
+
+    @property
     def told_gap(self) -> Gap | None:
         """The gap that the text speaks of; None where logs were refused."""
         return closed_most(self.gaps) if self.effects else self.gap
@@ -85,6 +91,7 @@ class Verdict:
         return {
             "schema": 1,
             "verdict": self.kind.value,
+            "answer": self.said.answer,
             "text": self.text,
             "where": list(self.where),
             "effects": list(self.effects),
@@ -124,13 +131,13 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
         run = _run_that_judges(result)
     against = tuple(contradictions(corrected_model(result) or recalibrated_model(result), logs))
     moved = _recalibrated(result)
-    text = told(result, effects, gaps, moved) + "".join(told_against(found) for found in against)
+    said = told(result, effects, gaps, moved)
     something_else = 1.0 - min((one.of_names for one in result.told), default=0.0 if kind is Kind.UNEXPLAINED else 1.0)
     over, unseen = result.decision.depends_on, tuple(not_testable(result))
-    text += told_unseen(result, unseen) + ("" if kind is Kind.CANNOT_JUDGE else told_hidden(result))
+    grounds = [said.grounds, told_unseen(result, unseen), "" if kind is Kind.CANNOT_JUDGE else told_hidden(result)]
     return Verdict(
         kind,
-        text,
+        replace(said, grounds="".join(grounds).strip(), against="".join(map(told_against, against)).strip()),
         where,
         effects,
         alternatives,
@@ -169,7 +176,7 @@ def _run_that_judges(result: Result) -> Json:
 
 def refusal(reason: str) -> Verdict:
     """The verdict of logs that were refused: nothing but why."""
-    return Verdict(Kind.UNUSABLE_DATA, reason, (), (), (), None, (), None, (), (), (), None, (), (), None)
+    return Verdict(Kind.UNUSABLE_DATA, Said(reason), (), (), (), None, (), None, (), (), (), None, (), (), None)
 
 
 def entries_of(effect: Json) -> list[Json]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,38 +22,61 @@ _TOLD = 0.45
 _NUMBERS = 3
 
 
-def told(result: Result, effects: Sequence[Json], gaps: Sequence[Gap], moved_numbers: Sequence[Json]) -> str:
+@dataclass(frozen=True)
+class Said:
+    """A verdict in words. `answer`: what was found, a line for each cause; `grounds`: how large, how sure, and what is
+    left; `against`: where the logs contradict themselves.
+    """
+
+    answer: str
+    grounds: str = ""
+    against: str = ""
+    #: whether it is true of other numbers than the model's
+    moved: bool = False
+
+    @property
+    def text(self) -> str:
+        """All of it in one line."""
+        return " ".join(part for part in (self.answer.replace("\n", " "), self.grounds, self.against) if part)
+
+
+def told(result: Result, effects: Sequence[Json], gaps: Sequence[Gap], moved_numbers: Sequence[Json]) -> Said:
     """What was found and how sure it is; `moved_numbers` are known ones, as in `recalibrated`."""
     kind = result.decision.kind
     left = _recalibration(result, gaps, moved_numbers)
     if kind is Kind.NO_DISCREPANCY:
         limit = _no_gap(gaps, result.request.policy.least_gap)
         only = f" only {left}" if left else ""
-        return f"The model explains this data to its noise{only}. {_would_have_shown(result)}{limit}"
+        others = bool(left) and any(not one["named"] for one in moved_numbers)
+        grounds = f"{_would_have_shown(result)}{limit}"
+        return Said(f"The model explains this data to its noise{only}.", grounds, moved=others)
     moved = f" ({left})" if left else ""
     if kind is Kind.CANNOT_JUDGE:
         least = result.request.policy.least_gap
         limits = ", ".join(f"{quantity(least * g.noise_floor, g.unit)} in the {_of_channel(g)}" for g in gaps)
-        return (
-            f"There is no gap{moved}, but these logs cannot judge the model.{told_hidden(result)} "
-            f"{_would_have_shown(result)} Gaps below these sizes do not show: {limits}.{_no_gap(gaps, least)}"
+        return Said(
+            f"There is no gap{moved}, but these logs cannot judge the model.",
+            f"{told_hidden(result)} {_would_have_shown(result)} Gaps below these sizes do not show: {limits}."
+            f"{_no_gap(gaps, least)}".strip(),
         )
     if kind is Kind.UNEXPLAINED:
         return _unexplained(result, gaps)
     if kind is Kind.DESCRIBED:
-        return f"{_size('The largest gap is', largest(gaps))}. No name fits.{told_laws(result)}{_remainder(gaps)}"
+        looks, known = told_laws(result)
+        known += _remainder(gaps)
+        return Said(f"No name fits. {looks}", f"{_size('The largest gap is', largest(gaps))}. {known}")
     gap = closed_most(gaps)
-    names = " ".join(f"{headline(e)}." for e in effects)
+    answer = "\n".join(f"{headline(e)}." for e in effects)
     it = "It explains" if len(effects) == 1 else "They explain"
     share = "" if gap.closed_fraction is None else f" {gap.closed_fraction:.0%} of"
     which = "the largest gap" if gap is largest(gaps) else "a gap"
     size = f"the {_of_channel(gap)}, {_floors(gap)}"
-    first = f"{names} {it}{share} {which} {_where_judged(result)}: {size}{moved}."
+    first = f"{it}{share} {which} {_where_judged(result)}: {size}{moved}."
     if all(one.standing.silent for one in result.told):
-        first = f"{names} Only the searched logs show a gap{moved}."
+        first = f"Only the searched logs show a gap{moved}."
     against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
     forms = "".join(_undetermined(e) for e in effects if "form_undetermined" in e)
-    return first + _doubts(result) + forms + against + _remainder(gaps)
+    return Said(answer, first + _doubts(result) + forms + against + _remainder(gaps))
 
 
 def _would_have_shown(result: Result) -> str:
@@ -112,8 +136,7 @@ def _where_judged(result: Result) -> str:
     return "on the last part of the same log" if result.suspected_only else "on data that had no part in the search"
 
 
-def _unexplained(result: Result, gaps: Sequence[Gap]) -> str:
-    size = _size("The largest gap is", largest(gaps))
+def _unexplained(result: Result, gaps: Sequence[Gap]) -> Said:
     tried = ", ".join(dict.fromkeys(_name(*label) for label in result.path.state.hypothesis.labels))
     shape = max(result.decision.remainders, key=lambda r: r.after)
     seen = ""
@@ -130,7 +153,8 @@ def _unexplained(result: Result, gaps: Sequence[Gap]) -> str:
         least = float(np.max(result.path.state.left()))
         attempt = f"the best attempt ({tried}) leaves {least:.1f} noise floors and is not confirmed"
     where = " Only the hold-out has this gap." if result.only_in_hold_out else ""
-    return f"{size}. {searched} explains it: {attempt}.{where}{seen}"
+    gap = largest(gaps)
+    return Said(f"{searched} explains the {_of_channel(gap)}: {_floors(gap)}.", f"{_at_first(attempt)}.{where}{seen}")
 
 
 def _doubts(result: Result) -> str:
