@@ -66,3 +66,11 @@ def test_a_survey_under_a_name_of_ones_own_is_found_and_the_model_is_the_configu
     )
     run("init", ["far", "--yes", "--link", "unix:/tmp/antenna"])
     assert "--model far/model.yaml" in after_experiment("sliding", Path("S"), Path("far/antenna.yaml"), None, None)
+
+
+def test_help_says_what_to_write_and_not_what_python_calls_it(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["identify", "--help"])
+    said = capsys.readouterr().out
+    assert "--axis TEXT " in said and "RUN...  " in said and "--workers NUMBER " in said
+    assert not any(word in said for word in ("<list[str", "<path", "<str", " range>"))

@@ -14,6 +14,7 @@ from typing import NoReturn
 from firmware_protocol.errors import EXIT_BAD_INPUT, EXIT_DONE, EXIT_INTERRUPTED, BadInputError, GimbalHilError
 from firmware_protocol.version import __version__
 from gimbal_hil.surface.cli.commands import COMMANDS, GROUPS, function_of
+from gimbal_hil.surface.cli.help_text import help_text
 
 INTERRUPTED = "interrupted"
 #: set by a shell that asks for completions
@@ -72,11 +73,15 @@ def run(name: str, arguments: list[str]) -> int:
     What the system refuses (OSError) is left to the caller.
     """
     import typer
+    import typer.main
 
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
     try:
         loaded, answer = function_of(name)
         app.command(name=name)(_guarded(answer, COMMANDS[name].compiles))
+        if "--help" in arguments:
+            print(help_text(typer.main.get_command(app), name))
+            return EXIT_DONE
         arguments = _repeated(arguments, getattr(loaded, "MANY_VALUED", ()))
         code = app(arguments, prog_name=f"gimbal-hil {name}", standalone_mode=False)
     except GimbalHilError as error:

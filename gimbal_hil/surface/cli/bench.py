@@ -98,7 +98,10 @@ def command(
     blind: BlindOptions,
     arena: ArenaOptions,
 ) -> int:
-    """The speed figures, each beside the same work done by a plain reference, as a ratio from one run."""
+    """Figures of this machine and of the methods: speed beside a plain reference, deadlines, faults, controllers.
+
+    Each option says which of them it belongs to.
+    """
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.surface.cli.bench_pointing import ArenaChoice, pointing
 

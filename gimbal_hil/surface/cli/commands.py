@@ -132,7 +132,9 @@ GROUPS: dict[str, dict[str, CommandEntry]] = {
         "protocol": CommandEntry("protocol", "Emit the wire definition as DBC, C header or documentation."),
         "service": CommandEntry("service", "Write a systemd unit, a container file, a Grafana dashboard or man pages."),
         "bench": CommandEntry(
-            "bench", "The speed figures, each as a ratio to a plain reference from the same run.", compiles=True
+            "bench",
+            "Figures: speed beside a plain reference, deadlines, faults, controllers in the arena.",
+            compiles=True,
         ),
     },
 }

@@ -11,6 +11,7 @@ import typer
 import typer.main
 
 from gimbal_hil.surface.cli.commands import COMMANDS, function_of
+from gimbal_hil.surface.cli.help_text import help_text
 
 #: typer asks which shell this is, unless a shell is named; then it wants to be told so
 _SHELL_IS_NAMED = "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION"
@@ -37,8 +38,7 @@ def whole_app() -> typer.Typer:
 def help_of(name: str) -> str:
     """What `--help` of a command says."""
     command = typer.main.get_command(whole_app()).commands[name]  # type: ignore[attr-defined]
-    context = command.make_context(f"gimbal-hil {name}", [], resilient_parsing=True)
-    return str(context.get_help())
+    return help_text(command, name)
 
 
 def model_names(incomplete: str) -> list[str]:

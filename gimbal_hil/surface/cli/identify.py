@@ -84,7 +84,7 @@ def command(
         typer.Option(
             metavar="MODEL",
             autocompletion=model_names,
-            help="Prior and rigid body: a model file or a shipped name; without it thesis.",
+            help="Prior and rigid body: a model file or a shipped name; without it the shipped model thesis.",
         ),
     ] = None,
     friction: FrictionOptions,

@@ -13,7 +13,9 @@ from gimbal_hil.surface.cli.completion import model_names
 AskedModel: TypeAlias = Annotated[
     str | None,
     typer.Option(
-        metavar="MODEL", autocompletion=model_names, help="Model file, or name of a shipped one; without it thesis."
+        metavar="MODEL",
+        autocompletion=model_names,
+        help="Model file, or name of a shipped one; without it the shipped model thesis.",
     ),
 ]
 #: a daemon that is looked at
