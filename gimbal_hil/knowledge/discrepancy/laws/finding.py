@@ -96,12 +96,17 @@ def _better(inquiry: Inquiry, named: State, found: State) -> bool:
 
 
 def _explains(null: State, found: Described) -> bool:
-    """Whether the untouched half holds no gap any more, or next to none of what was there."""
+    """Whether on the channels that laws act on the untouched half holds no gap any more, or next to none of what was
+    there, and no more than before on the others: what is left of another axis is no doubt about a law of this one.
+    """
     before, after = (rms(state.untouched) for state in (null, found.state))
     least = found.inquiry.policy.least_gap
     closed = 1.0 - np.maximum(after**2 - 1.0, 0.0) / np.maximum(before**2 - 1.0, 1e-9)
+    told = np.isin(np.arange(len(before)), [channel_of(found.inquiry, law.curve.shape.axis) for law in found.laws])
+    gap = before > least
+    stands = np.where(told, gap & (closed >= _CLOSED), after**2 <= _AS_GOOD * before**2) | (after <= least)
     # a half that has no gap judges nothing
-    return bool(np.any(before > least) and np.all((after <= least) | ((before > least) & (closed >= _CLOSED))))
+    return bool(np.any(gap & told) and np.all(stands))
 
 
 def _one_more(inquiry: Inquiry, null: State, found: Described) -> Described | None:

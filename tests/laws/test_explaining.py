@@ -1,0 +1,51 @@
+"""Whether laws explain what was there."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from gimbal_hil.knowledge.discrepancy.inquiry import Policy, State
+from gimbal_hil.knowledge.discrepancy.laws.finding import Described, _explains
+from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Channel
+
+AXES = ("outer", "inner")
+
+
+def left(*floors: float) -> State:
+    """A state that leaves so many floors of each channel."""
+    return cast(State, SimpleNamespace(untouched=np.tile(floors, (4, 1))))
+
+
+def laws_of(after: State, *axes: str) -> Described:
+    """Laws of some axes that leave a state."""
+    twin = SimpleNamespace(channels=[Channel(axis, TORQUE, i) for i, axis in enumerate(AXES)])
+    laws = [SimpleNamespace(curve=SimpleNamespace(shape=SimpleNamespace(axis=axis))) for axis in axes]
+    inquiry = SimpleNamespace(policy=Policy(), twin=twin)
+    return cast(Described, SimpleNamespace(laws=laws, inquiry=inquiry, state=after))
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "axes", "explains"),
+    [
+        # a cube that leaves 1.05 of 47 floors beside 1.51 floors of the other axis, which it does not act on
+        ((1.512, 46.5), (1.513, 1.05), ("inner",), True),
+        ((5.0, 46.5), (5.0, 1.05), ("inner",), True),
+        # more of the other axis than before, or what is left of its own
+        ((1.512, 46.5), (2.0, 1.05), ("inner",), False),
+        ((1.0, 46.5), (1.0, 20.0), ("inner",), False),
+        ((1.0, 46.5), (1.0, 4.0), ("inner",), True),
+        # of two laws both have to
+        ((5.0, 46.5), (4.0, 1.05), AXES, False),
+        ((5.0, 46.5), (1.3, 1.05), AXES, True),
+        # a half without a gap where a law acts judges nothing
+        ((5.0, 1.2), (5.0, 1.0), ("inner",), False),
+    ],
+)
+def test_laws_explain_the_channels_that_they_act_on_and_leave_no_more_of_the_others(
+    before: tuple[float, float], after: tuple[float, float], axes: tuple[str, ...], explains: bool
+) -> None:
+    assert _explains(left(*before), laws_of(left(*after), *axes)) is explains
