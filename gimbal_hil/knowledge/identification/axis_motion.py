@@ -55,7 +55,7 @@ def regression_rule(period_s: float, time_stated: bool = False, linear: bool = F
 class AxisMotion:
     """What was logged of one axis, (n,) each: `torque` held over the sample, `known` sampled, from the positions; rows
     whose torque was `made_up` are witnesses of nothing. Where friction grows with what position takes of the torque,
-    that is the `load`, sampled.
+    that is the `load`, sampled; where it falls off with speed, `creep_speed` is where that has fallen to 37 %.
     """
 
     time_s: Vector
@@ -65,6 +65,7 @@ class AxisMotion:
     rule: RigidAxisRule
     made_up: NDArray[np.bool_] | None = None
     load: Vector | None = None
+    creep_speed: float | None = None
 
     @property
     def step_s(self) -> float:
@@ -113,6 +114,10 @@ class AxisMotion:
         places = np.arange(len(at_samples), dtype=np.float64)
         return np.asarray(np.interp(places + 0.5 - fit.shift_s / step, places, at_samples))
 
+    def rate(self) -> Vector:
+        """The rate (n,) behind the filter of the first regression."""
+        return self._smooth(_WIDER * self.rule.bandwidth_hz)[1]
+
     def _smooth(self, cutoff_hz: float, smoothed: SmoothedLog | None = None) -> tuple[Vector, Vector]:
         """Position and rate behind a low-pass, (n,) each."""
         position = self.position if smoothed is None else smoothed.sharp(self.position, self.step_s)
@@ -120,11 +125,14 @@ class AxisMotion:
         return smooth, np.asarray(CubicSpline(self.time_s, smooth)(self.time_s, 1))
 
     def _asked(self, smooth: Vector, rate: Vector, ripples: tuple[OverPosition, ...]) -> tuple[Vector, ...]:
-        """What each unknown is multiplied by, (n,) each: the numbers, what is over position, friction under load."""
+        """What each unknown is multiplied by, (n,) each: the numbers, what is over position, friction under load and at
+        creep.
+        """
         numbers = _columns(smooth, rate, self.step_s, self.rule.per_direction)
         over = (column for ripple in ripples for column in ripple.columns(smooth))
         loaded = () if self.load is None else (np.abs(self.load) * _mean_sign(rate),)
-        return *numbers, *over, *loaded
+        creep = () if self.creep_speed is None else (np.exp(-np.abs(rate) / self.creep_speed) * _mean_sign(rate),)
+        return *numbers, *over, *loaded, *creep
 
     def _problem(
         self, band: float, ripples: tuple[OverPosition, ...], smoothed: SmoothedLog | None

@@ -17,6 +17,7 @@ from gimbal_hil.knowledge.estimation import ShiftedFit, ShiftedProblem, fit_at, 
 from gimbal_hil.knowledge.identification.averaging import Vector
 from gimbal_hil.knowledge.identification.axis_motion import AxisMotion, RigidAxisRule
 from gimbal_hil.knowledge.identification.correlations import Correlations, of_replicates
+from gimbal_hil.knowledge.identification.creep_friction import creep_friction
 from gimbal_hil.knowledge.identification.estimate import (
     DataWarning,
     Determination,
@@ -273,10 +274,21 @@ def as_logged(
         motion, ripples = loaded.motion, loaded.over
         warnings = (*warnings, loaded.finding) if loaded.is_news else warnings
         others = [replace(one, motion=replace(one.motion, load=motion.load)) for one in others]
+    creep = creep_friction(motion, ripples, seed)
+    if creep is not None and creep.is_news:
+        warnings = (*warnings, creep.finding)
     problems = list(motion.problems(ripples))
     fits = _shifted([problem for problem, _ in problems])
     return AsLogged(
-        motion, names, ripples, problems, fits, tuple(one.motion for one in others), warnings, torque, is_part
+        motion,
+        names,
+        ripples,
+        problems,
+        fits,
+        (*(one.motion for one in others), *(() if creep is None else creep.motions)),
+        warnings,
+        torque,
+        is_part,
     )
 
 

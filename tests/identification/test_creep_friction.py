@@ -1,0 +1,37 @@
+"""A bump of friction at creep: the numbers of the regression hold beside it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gimbal_hil.knowledge.identification import Determination
+from gimbal_hil.knowledge.identification.axis_motion import regression_rule
+from gimbal_hil.knowledge.identification.rigid_axis import RigidAxisFit, fit_rigid_axis
+from tests.cases.joint import BENCH, TRUE
+
+#: speed at which the bump has fallen to 37 %, rad/s
+FADES = 0.2
+
+
+def fitted(bump: float) -> RigidAxisFit:
+    """The regression on a log of the bench whose friction is higher towards standstill by a share of its level."""
+    log = BENCH.log("a")
+    rate = 0.5 * (log.rate + np.append(log.rate[1:], log.rate[-1]))
+    more = bump * BENCH.coulomb * np.exp(-np.abs(rate) / FADES) * np.sign(rate)
+    return fit_rigid_axis(log.time, log.position, log.torque + more, regression_rule(1.0 / BENCH.rate_hz))
+
+
+@pytest.mark.parametrize("bump", [0.15, 0.3])
+def test_the_intervals_hold_what_the_numbers_are_beside_a_bump(bump: float) -> None:
+    fit = fitted(bump)
+    (told,) = [one.text for one in fit.warnings if one.rule == "friction_at_creep"]
+    assert "more than coulomb and viscous friction" in told
+    numbers = {one.name: one for one in fit.estimates}
+    for name in ("inertia", "viscous", "coulomb"):
+        assert numbers[name].interval.covers(TRUE[name]), name
+    assert numbers["coulomb"].verdict is Determination.IDENTIFIED
+
+
+def test_without_a_bump_none_is_told() -> None:
+    assert not any(one.rule == "friction_at_creep" for one in fitted(0.0).warnings)
