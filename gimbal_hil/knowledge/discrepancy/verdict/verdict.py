@@ -38,10 +38,11 @@ from gimbal_hil.knowledge.discrepancy.verdict.wording import (
     told,
     told_against,
     told_hidden,
+    told_standing_in,
     told_unseen,
 )
-from sim_backend.effects import CATALOGUE, Variable
-from sim_backend.model import AntennaModel, mass_stands_in
+from sim_backend.effects import CATALOGUE
+from sim_backend.model import AntennaModel
 
 #: floors above which a second channel is worth a place; standard deviations by which a number has moved at all
 _HAS_A_GAP, _HARDLY = 1.3, 0.05
@@ -134,7 +135,8 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
     said = told(result, effects, gaps, moved)
     something_else = 1.0 - min((one.of_names for one in result.told), default=0.0 if kind is Kind.UNEXPLAINED else 1.0)
     over, unseen = result.decision.depends_on, tuple(not_testable(result))
-    grounds = [said.grounds, told_unseen(result, unseen), "" if kind is Kind.CANNOT_JUDGE else told_hidden(result)]
+    hidden = "" if kind is Kind.CANNOT_JUDGE else told_hidden(result)
+    grounds = [said.grounds, told_standing_in(result), told_unseen(result, unseen), hidden]
     return Verdict(
         kind,
         replace(said, grounds="".join(grounds).strip(), against="".join(map(told_against, against)).strip()),
@@ -235,11 +237,6 @@ def _notes(result: Result) -> list[str]:
     found = [f"{source}: too short for the scored band, left out" for source in result.inquiry.left_out]
     if result.only_in_hold_out:
         found.append("only the hold-out has a gap: a part of it was fitted with the other logs, and the rest judged")
-    found += [
-        f"the model states no mass of {axis}: 1 kg stands in for it, and the centre of mass is where 1 kg would be"
-        for name, axis in (one.standing.label for one in result.told)
-        if Variable.ATTITUDE in CATALOGUE[name].acts_through and mass_stands_in(result.model, axis)
-    ]
     return found
 
 

@@ -14,7 +14,7 @@ from gimbal_hil.knowledge.discrepancy.verdict.laws import told_laws
 from gimbal_hil.knowledge.discrepancy.verdict.separating import UPRIGHT
 from gimbal_hil.pages.report import quantity
 from sim_backend.effects import CATALOGUE, FittedNumber, Variable
-from sim_backend.model import NUMBER_AT, AntennaModel
+from sim_backend.model import NUMBER_AT, AntennaModel, mass_stands_in
 
 #: the share of `Policy.uneven` from which a varying strength alone costs a name; and one that is known to this share
 _TOLD = 0.45
@@ -254,6 +254,17 @@ def _undetermined(effect: Json) -> str:
     name, alike = _name(effect["name"], effect["axis"]), " and ".join(form["between"])
     correlation = f"{alike} have a canonical correlation of {form['canonical_correlation']:.2f}"
     return f" The form of {name} is undetermined on this data: {correlation}."
+
+
+def told_standing_in(result: Result) -> str:
+    """That a weight is told of an axis whose model states no mass."""
+    labels = (one.standing.label for one in result.told)
+    weighed = (axis for name, axis in labels if Variable.ATTITUDE in CATALOGUE[name].acts_through)
+    return "".join(
+        f" The model states no mass of {axis}: 1 kg stands in for it, and the centre of mass is where 1 kg would be."
+        for axis in dict.fromkeys(weighed)
+        if mass_stands_in(result.model, axis)
+    )
 
 
 def told_unseen(result: Result, unseen: Sequence[Json]) -> str:
