@@ -94,7 +94,7 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
     decision = with_identification(inquiry, with_measured_torque(inquiry, decision))
     progress("from which size on errors would have shown")
     smallest = smallest_sizes(inquiry, null)
-    hidden = hidden_errors(inquiry, null, effect_names(request.only, request.without))
+    hidden = hidden_errors(inquiry, null, smallest, effect_names(request.only, request.without))
     result = Result(request, inquiry, noise, stated, null, decision, path, suspected_only, only_there, smallest, hidden)
     if decision.kind is Kind.NO_DISCREPANCY and result.hidden:
         # nothing stands out, but an error of the size that matters would not have either

@@ -25,7 +25,7 @@ from gimbal_hil.knowledge.discrepancy.hypotheses import (
     prior_weights,
 )
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State, rms, weighing_of
-from gimbal_hil.knowledge.discrepancy.judgement.smallest import slopes_of_hold_out, without_own
+from gimbal_hil.knowledge.discrepancy.judgement.smallest import Shows, slopes_of_hold_out, without_own
 from gimbal_hil.knowledge.discrepancy.judgement.wander import beside_wander
 from gimbal_hil.knowledge.discrepancy.search import row_weights
 from gimbal_hil.knowledge.discrepancy.twin import Floats, Twin
@@ -51,10 +51,14 @@ class NumberError:
         return command_residual(twin, self.off, floor) - command_residual(twin, self.near, floor)
 
 
-def hidden_errors(inquiry: Inquiry, null: State, searched: frozenset[str]) -> tuple[tuple[str, str], ...]:
+def hidden_errors(
+    inquiry: Inquiry, null: State, smallest: tuple[Shows, ...], searched: frozenset[str]
+) -> tuple[tuple[str, str], ...]:
     """Numbers (effect, axis) that a model has to be right in and of which these logs would not have shown that they are
-    half or twice what they should be, as far as the model states them and they were `searched`.
+    half or twice what they should be, as far as the model states them and they were `searched`. What is told to show
+    from more than a half on (`smallest`) would not have shown as half.
     """
+    from_more = {(one.name, one.axis) for one in smallest if (one.relative or 0.0) > 1.0 - min(_FACTORS)}
     model, families = inquiry.twin.model, {family.label: family for family in inquiry.families}
     asked = [
         (effect.name, axis)
@@ -68,6 +72,7 @@ def hidden_errors(inquiry: Inquiry, null: State, searched: frozenset[str]) -> tu
         label
         for label in asked
         if label not in families
+        or label in from_more
         or not all(_shows(inquiry, null, weighing, slopes, families[label], factor) for factor in _FACTORS)
     )
 
