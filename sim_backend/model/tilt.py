@@ -26,13 +26,14 @@ def with_weight_left_open(model: AntennaModel) -> AntennaModel:
     """
     if model.kind is not ModelKind.ROTARY:
         return model
-    axis, document = model.axes[0], copied(model.document)
-    level = model
+    axis, level = model.axes[0], model
     if "incline_sine" not in model.file.model_fields_set:
-        level = model_from_document(document | {"incline_sine": 1.0}, model.where)
+        level = model_from_document(copied(model.document) | {"incline_sine": 1.0}, model.where)
         if has_weight(level, axis):
             return model
-    if stands_upright(level) or level.numbers[axis, "body.mass"].source != DEFAULT_SOURCE:
+    states_mass = level.numbers[axis, "body.mass"].source != DEFAULT_SOURCE
+    if stands_upright(level) or states_mass or has_weight(level, axis):
+        # beside the axis a kilogram would be a weight that nobody stated
         return level
     document = copied(level.document)
     section = document["axes"][axis]

@@ -35,3 +35,14 @@ def test_the_intervals_hold_what_the_numbers_are_beside_a_bump(bump: float) -> N
 
 def test_without_a_bump_none_is_told() -> None:
     assert not any(one.rule == "friction_at_creep" for one in fitted(0.0).warnings)
+
+
+@pytest.mark.parametrize("seed", [8, 10, 26])
+def test_a_joint_that_never_creeps_shows_no_friction_at_creep(seed: int) -> None:
+    rng, step = np.random.default_rng(seed), 0.005
+    time = np.arange(0.0, 40.0, step)
+    rate = 1.0 + 0.6 * np.sin(5.0 * time)
+    position = np.cumsum(rate) * step + 1e-6 * rng.standard_normal(len(time))
+    torque = 0.02 * np.gradient(rate, step) + 0.1 * rate + 0.5 + 0.01 * rng.standard_normal(len(time))
+    fit = fit_rigid_axis(time, position, torque, regression_rule(step))
+    assert not any(one.rule == "friction_at_creep" for one in fit.warnings)

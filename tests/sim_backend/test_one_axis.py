@@ -90,6 +90,8 @@ def test_a_kilogram_stands_in_for_a_mass_that_nobody_states() -> None:
     none = axis_of("rotary", {"inertia": {"zz": 4.0}, "mass": 0.0}, incline_sine=1.0)  # type: ignore[dict-item]
     upright = axis_of("rotary", {"inertia": {"zz": 4.0}}, incline_sine=0.0)  # type: ignore[dict-item]
     assert with_weight_left_open(none) is none and with_weight_left_open(upright) is upright
+    beside = axis_of("rotary", {"inertia": {"zz": 4.0}, "cog": {"x": 0.1}}, incline_sine=1.0)  # type: ignore[dict-item]
+    assert with_weight_left_open(beside) is beside
     assert with_weight_left_open(axis_of("linear", {"mass": 4.0})).number("slide", "body.mass") == 4.0
 
 

@@ -15,6 +15,8 @@ from gimbal_hil.knowledge.identification.position_ripple import OverPosition
 #: speeds at which it may have fallen to 37 %, shares of the rms of the rate: below them hardly a row is left, and
 #: above them it is a straight line where most rows are, as viscous friction is
 _SPEEDS = (0.03, 0.042, 0.06, 0.085, 0.12, 0.17, 0.25)
+#: share of the rows that must be as slow as that or slower
+_SHOWN = 0.01
 #: a bump that is less than this share of the Coulomb level is no news
 _NEWS = 0.05
 
@@ -49,8 +51,13 @@ class CreepFriction:
 
 def creep_friction(motion: AxisMotion, over: tuple[OverPosition, ...], seed: int) -> CreepFriction | None:
     """Friction at creep beside the first regression, of so many numbers; None where its interval reaches nothing."""
-    rate_rms = float(np.std(motion.rate()))
-    tried = [replace(motion, creep_speed=share * rate_rms) for share in _SPEEDS]
+    rate = np.abs(motion.rate())
+    speeds = [share * float(np.sqrt(np.mean(rate**2))) for share in _SPEEDS]
+    # what no row shows a part of is no bump but noise
+    shown = [speed for speed in speeds if float(np.mean(rate < speed)) > _SHOWN]
+    if not shown:
+        return None
+    tried = [replace(motion, creep_speed=speed) for speed in shown]
     fits = [fit_shifted(next(one.problems(over))[0]) for one in tried]
     best = min(range(len(fits)), key=lambda index: fits[index].cost)
     fit, speed = fits[best], tried[best].creep_speed
