@@ -119,3 +119,10 @@ def test_a_run_whose_gains_were_changed_says_so_wherever_it_is_read(tmp_path: Pa
     log = open_run(tmp_path / "run")
     assert log.record.end is not None and log.record.end.adjusted == values
     assert any("changed at tick 7; in force at the end: outer.rate_loop.kp_s_per_rad 50" in note for note in log.notes)
+
+
+def test_what_stands_behind_two_dashes_is_a_name(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        app.run("check", ["--", "--help"])
+    said = capsys.readouterr()
+    assert not said.out and "--help: no such file" in said.err

@@ -38,10 +38,11 @@ def test_without_a_bump_none_is_told() -> None:
 
 
 @pytest.mark.parametrize("seed", [8, 10, 26])
-def test_a_joint_that_never_creeps_shows_no_friction_at_creep(seed: int) -> None:
+@pytest.mark.parametrize("begins", [0.0, 2.0], ids=["moving", "standing"])
+def test_a_joint_that_never_creeps_shows_no_friction_at_creep(seed: int, begins: float) -> None:
     rng, step = np.random.default_rng(seed), 0.005
     time = np.arange(0.0, 40.0, step)
-    rate = 1.0 + 0.6 * np.sin(5.0 * time)
+    rate = np.where(time < begins, 0.0, 1.0 + 0.6 * np.sin(5.0 * time))
     position = np.cumsum(rate) * step + 1e-6 * rng.standard_normal(len(time))
     torque = 0.02 * np.gradient(rate, step) + 0.1 * rate + 0.5 + 0.01 * rng.standard_normal(len(time))
     fit = fit_rigid_axis(time, position, torque, regression_rule(step))

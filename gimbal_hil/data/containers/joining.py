@@ -114,7 +114,9 @@ def _mean_until_next(times: Floats, values: Floats, at: Floats) -> Floats:
     means = np.where(steps > 0.0, np.diff(until) / np.where(steps > 0.0, steps, 1.0), values[place[:-1]])
     # a row that any part of a lost value acts in is lost, and no other
     count = np.concatenate(([0], np.cumsum(lost)))
-    last = np.append(place[1:], place[-1:])
+    # what begins where the row ends acts in the next one
+    ends = np.append(np.searchsorted(times, at[1:], side="left") - 1, place[-1])
+    last = np.maximum(ends, place)
     return np.where(count[last + 1] > count[place], np.nan, np.append(means, values[place[-1:]]))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 
@@ -15,8 +16,8 @@ from gimbal_hil.knowledge.identification.position_ripple import OverPosition
 #: speeds at which it may have fallen to 37 %, shares of the rms of the rate: below them hardly a row is left, and
 #: above them it is a straight line where most rows are, as viscous friction is
 _SPEEDS = (0.03, 0.042, 0.06, 0.085, 0.12, 0.17, 0.25)
-#: share of the rows that must be as slow as that or slower
-_SHOWN = 0.01
+#: share of the rows that must be as slow as that or slower: what no row shows a part of is no bump but noise
+_SHOWN, _FADED = 0.01, float(np.exp(-1.0))
 #: a bump that is less than this share of the Coulomb level is no news
 _NEWS = 0.05
 
@@ -36,8 +37,10 @@ class CreepFriction:
     is_news: bool
 
     @property
-    def finding(self) -> DataWarning:
-        """What a reader must know of it."""
+    def findings(self) -> tuple[DataWarning, ...]:
+        """What a reader must know of it, if anything."""
+        if not self.is_news:
+            return ()
         torque, length = ("N", "m") if self.motions[0].rule.linear else ("N m", "rad")
         low, high = (number_text(end, 3) for end in (self.interval.low, self.interval.high))
         more, fades = number_text(self.more, 3), number_text(self.speed, 2)
@@ -46,19 +49,19 @@ class CreepFriction:
             f"friction, a bump that fades over {fades} {length}/s: the intervals hold what the numbers are beside "
             "it; its form shows at the constant speeds of gimbal-hil experiment sliding"
         )
-        return DataWarning("friction_at_creep", text)
+        return (DataWarning("friction_at_creep", text),)
 
 
 def creep_friction(motion: AxisMotion, over: tuple[OverPosition, ...], seed: int) -> CreepFriction | None:
     """Friction at creep beside the first regression, of so many numbers; None where its interval reaches nothing."""
-    rate = np.abs(motion.rate())
-    speeds = [share * float(np.sqrt(np.mean(rate**2))) for share in _SPEEDS]
-    # what no row shows a part of is no bump but noise
-    shown = [speed for speed in speeds if float(np.mean(rate < speed)) > _SHOWN]
-    if not shown:
+    rate_rms = float(np.sqrt(np.mean(motion.rate() ** 2)))
+    tried = [replace(motion, creep_speed=share * rate_rms) for share in _SPEEDS]
+    problems = [next(one.problems(over))[0] for one in tried]
+    shown = [float(np.mean(np.abs(one.columns[one.rows, -1]) > _FADED)) > _SHOWN for one in problems]
+    if not any(shown):
         return None
-    tried = [replace(motion, creep_speed=speed) for speed in shown]
-    fits = [fit_shifted(next(one.problems(over))[0]) for one in tried]
+    tried = list(compress(tried, shown))
+    fits = [fit_shifted(one) for one in compress(problems, shown)]
     best = min(range(len(fits)), key=lambda index: fits[index].cost)
     fit, speed = fits[best], tried[best].creep_speed
     assert speed is not None

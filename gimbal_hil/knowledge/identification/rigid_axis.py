@@ -275,8 +275,9 @@ def as_logged(
         warnings = (*warnings, loaded.finding) if loaded.is_news else warnings
         others = [replace(one, motion=replace(one.motion, load=motion.load)) for one in others]
     creep = creep_friction(motion, ripples, seed)
-    if creep is not None and creep.is_news:
-        warnings = (*warnings, creep.finding)
+    perhaps = [one.motion for one in others]
+    if creep is not None:
+        perhaps, warnings = [*perhaps, *creep.motions], (*warnings, *creep.findings)
     problems = list(motion.problems(ripples))
     fits = _shifted([problem for problem, _ in problems])
     return AsLogged(
@@ -285,7 +286,7 @@ def as_logged(
         ripples,
         problems,
         fits,
-        (*(one.motion for one in others), *(() if creep is None else creep.motions)),
+        tuple(perhaps),
         warnings,
         torque,
         is_part,

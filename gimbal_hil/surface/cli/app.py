@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import errno
+import itertools
 import os
 import sys
 from collections.abc import Callable
@@ -79,7 +80,8 @@ def run(name: str, arguments: list[str]) -> int:
     try:
         loaded, answer = function_of(name)
         app.command(name=name)(_guarded(answer, COMMANDS[name].compiles))
-        if "--help" in arguments:
+        # what stands behind "--" is a name, whatever it looks like
+        if "--help" in itertools.takewhile(lambda word: word != "--", arguments):
             print(help_text(typer.main.get_command(app), name))
             return EXIT_DONE
         arguments = _repeated(arguments, getattr(loaded, "MANY_VALUED", ()))

@@ -75,7 +75,7 @@ def _with_one_beside(
     for standing in found:
         for rival in standing.rivals:
             causes = set_of(rival.state)
-            if not rival.is_cause or rival.at_bound or rival.extra > OUT_OF_REACH or len(causes) >= MOST_CAUSES:
+            if not rival.is_cause or rival.at_bound or 1.0 + rival.extra > OUT_OF_REACH or len(causes) >= MOST_CAUSES:
                 continue
             inquiry.tell(f"what beside {rival.label[0].replace('_', ' ')} explains more")
             both = extended(inquiry, rival.state, 1, path.heard).state
