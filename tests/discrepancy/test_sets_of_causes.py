@@ -243,3 +243,25 @@ def test_where_a_gap_is_left_a_rival_with_one_cause_beside_it_is_weighed_against
     else:
         assert found is not None and found.hypothesis.labels == (unbalance, offset)
     assert all(one == (spring, offset) for one in weighed) and bool(weighed) is not ripple
+
+
+def test_what_stands_when_nothing_more_may_be_replaced_is_judged(monkeypatch: pytest.MonkeyPatch) -> None:
+    names = [("cable_spring", "inner"), ("static_unbalance", "inner")]
+    asked: list[tuple[Label, ...]] = []
+
+    def another(inquiry: Any, state: Any, *_: Any) -> Any:
+        asked.append(state.hypothesis.labels)
+        return a_state(names[len(asked) % 2])
+
+    def standings(inquiry: Any, stated: Any, null: Any, state: Any, path: Any, left: Any) -> tuple[Standing, ...]:
+        return (replace(SOUND, label=state.hypothesis.labels[0]),)
+
+    def told(inquiry: Any, standing: Standing, found: Any, left: Any, suspected_only: bool) -> Told:
+        return Told(standing, Status.NAMED, (), 0.97, 0.97, shown=True)
+
+    monkeypatch.setattr(deciding, "standings", standings)
+    monkeypatch.setattr(deciding, "_told", told)
+    monkeypatch.setattr(deciding, "better_instead", another)
+    found, went = decided(monkeypatch, a_state(names[0]), Remainder(6.8, 0.7, Predictable(0.0, 0.0)))
+    assert len(asked) == deciding._TURNS and not went
+    assert [one.standing.label for one in found.told] == [names[1]] and found.kind is Kind.NAMED

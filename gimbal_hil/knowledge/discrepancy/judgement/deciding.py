@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import Cause, plainer_of
-from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Policy, State, refitted, settled, squares_of
+from gimbal_hil.knowledge.discrepancy.inquiry import MOST_CAUSES, Inquiry, Policy, State, refitted, settled, squares_of
 from gimbal_hil.knowledge.discrepancy.judgement.gap import is_a_gap
 from gimbal_hil.knowledge.discrepancy.judgement.instead import better_instead, set_of
 from gimbal_hil.knowledge.discrepancy.judgement.judging import Remainder, Standing, depends_on, remainders, standings
@@ -23,7 +23,7 @@ from gimbal_hil.knowledge.discrepancy.search import (
 )
 from sim_backend.effects import CATALOGUE, Variable
 
-#: how often the judgement may begin anew for each cause: one left out, replaced, or replaced once more
+#: how often the judgement may begin anew for each cause with another one: left out, replaced, or replaced once more
 _TURNS = 3
 #: alternatives that are told
 _MOST_RIVALS = 3
@@ -112,13 +112,15 @@ def decide(
         beside_a_curve: dict[tuple[str, str], Told] = {}
         in_the_set: dict[tuple[str, str], Told] = {}
         replaced: set[frozenset[tuple[str, str]]] = set()
-        for _ in range(_TURNS * len(set(state.hypothesis.labels))):
+        turns = _TURNS * len(set(state.hypothesis.labels))
+        for turn in range(turns + MOST_CAUSES + 1):
             if not no_worse(null.untouched, state.untouched):
                 # what leaves more than the model alone explains nothing
                 break
             left = remainders(inquiry, null, state)
             found = standings(inquiry, stated, null, state, path, left)
-            instead = better_instead(inquiry, state, found, replaced, path)
+            # what came last is judged as well: afterwards causes only go
+            instead = better_instead(inquiry, state, found, replaced, path) if turn < turns else None
             if instead is not None:
                 replaced.add(set_of(state))
                 state = settled(inquiry, instead)
