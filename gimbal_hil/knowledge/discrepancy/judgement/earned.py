@@ -56,9 +56,9 @@ def hidden_errors(
 ) -> tuple[tuple[str, str], ...]:
     """Numbers (effect, axis) that a model has to be right in and of which these logs would not have shown that they are
     half or twice what they should be, as far as the model states them and they were `searched`. What is told to show
-    from more than a half on (`smallest`) would not have shown as half.
+    (`smallest`) from more than a half beyond what its own uncertainty takes would not have shown as half.
     """
-    from_more = {(one.name, one.axis) for one in smallest if (one.relative or 0.0) > 1.0 - min(_FACTORS)}
+    shares = {(one.name, one.axis): one.relative for one in smallest}
     model, families = inquiry.twin.model, {family.label: family for family in inquiry.families}
     asked = [
         (effect.name, axis)
@@ -72,9 +72,18 @@ def hidden_errors(
         label
         for label in asked
         if label not in families
-        or label in from_more
+        or _shows_late(inquiry, null, families[label], shares.get(label))
         or not all(_shows(inquiry, null, weighing, slopes, families[label], factor) for factor in _FACTORS)
     )
+
+
+def _shows_late(inquiry: Inquiry, null: State, family: Family, share: float | None) -> bool:
+    """Whether a number shows from more than a half beyond the share by which it moves within its own uncertainty."""
+    if share is None:
+        return False
+    _, own = without_own(inquiry, null, family)
+    taken = _within_reach(inquiry.twin.model, family, own, max(_FACTORS)) - 1.0
+    return share > taken + 1.0 - min(_FACTORS)
 
 
 def _is_stated(model: AntennaModel, axis: str, effect: Effect) -> bool:
