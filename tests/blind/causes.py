@@ -230,6 +230,8 @@ CAPS = {
     "dynamic_unbalance": 1.2,
     "coulomb_asymmetry": 5.0,
     "viscous_asymmetry": 2.8,
+    # a joint locks itself at a coefficient of 1, and the catalogue ends at 0.9
+    "load_dependent_friction": 16.0,
     "position_dependent_friction": 6.0,
     "structural_resonance": 4.0,
     "backlash": 8.0,
