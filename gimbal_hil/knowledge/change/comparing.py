@@ -147,9 +147,9 @@ class MachineComparison:
     @property
     def moved(self) -> tuple[Json, ...]:
         """Numbers that moved by no more than they are known to, where the logs after are plainly not those of the
-        machine before without that: entries of a verdict's `recalibrated`.
+        machine before without that, and most of the difference goes with it: entries of a verdict's `recalibrated`.
         """
-        if self.asked or not _plain(self.left):
+        if self.asked or not _plain(self.left) or not _closed(self.left):
             return ()
         return tuple(one for one in self.found.recalibrated if not one["low"] <= one["from"] <= one["high"])
 
@@ -195,6 +195,15 @@ def _plain(left: tuple[Left, ...]) -> bool:
     """Whether the model of the machine before leaves plainly more of the logs after than of those before."""
     quiet = _noise_of(left)
     return any(one.after > LEAST_GAP * max(one.before, quiet) for one in left)
+
+
+def _closed(left: tuple[Left, ...]) -> bool:
+    """Whether what was told for the logs after takes more than half of the squares that they leave beyond those before:
+    logs that are only noisier stay so.
+    """
+    quiet = _noise_of(left)
+    more = sum(one.after**2 - max(one.before, quiet) ** 2 for one in left)
+    return sum(one.after**2 - one.told**2 for one in left) > 0.5 * more
 
 
 def _noise_of(left: tuple[Left, ...]) -> float:
