@@ -76,7 +76,8 @@ def test_the_true_error_is_told_first_and_loops_that_do_not_extrapolate_are_told
     true, seen = found["settled_true_rms_urad"], found["settled_rms_urad"]
     # an attitude that is 5 ms old and told a hundred times a second is not seen by the host
     assert true > 2.0 * seen
-    assert f"within {true:.1f} µrad rms, {found['settled_true_peak_urad']:.0f} at most by the base's true" in said
+    peak = found["settled_true_peak_urad"]
+    assert f"within {true:.1f} µrad (" in said and f"°) rms, {peak:.0f} µrad (" in said and "of true error (as" in said
     assert "gimbal-hil tune --for pointing" in said
     assert run("point", [*words, "--config", str(_extrapolating(tmp_path)), "--force"]) == 0
     assert "tune --for pointing" not in capsys.readouterr().out

@@ -102,7 +102,7 @@ def _tiles(
     items = [(end.ending.replace("_", " ") if isinstance(end, Ended) else "stopped", "ending")]
     if rounds:
         items.append(
-            (f"{_worst(rounds[0]):.1f} → {_last_gap(rounds, end):.2f}", "largest gap in floors, first to last")
+            (f"{_worst(rounds[0]):.3g} → {_last_gap(rounds, end):.3g}", "largest gap in floors, first to last")
         )
     items += [
         (f"{len(measured)} in {counted(max(1, len(rounds)), 'round')}", "experiments"),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from gimbal_hil.knowledge.tuning import Tuning, margins
 from gimbal_hil.loop.settings import DaemonSettings
-from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text
+from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text, counted
 from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant, run_arena
 from gimbal_hil.pointing.arena.error_dots import Dots, error_dots
 from gimbal_hil.pointing.arena.scenarios import Scenario
@@ -41,8 +41,8 @@ def gained_text(found: ArenaResult) -> str:
 def gained_blocks(found: ArenaResult, tuning: Tuning, cautions: Sequence[str]) -> list[Block]:
     """The report as sections of a page; `cautions` are numbers that nobody measured."""
     blocks: list[Block] = [
-        Callout(_answer(found), tone_of(_pairs(found))),
-        Plot(_dots(found), "Line-of-sight error; the axis is logarithmic."),
+        Callout(" ".join([_answer(found), *_paid_with(tuning, len(cautions))]), tone_of(_pairs(found))),
+        Plot(_dots(found), "Line-of-sight error, the mean of all seeds; the axis is logarithmic."),
         Table(("Scenario", "Before [µrad]", "Tuned [µrad]", "Times smaller"), _rows(found)),
         Heading("Loops"),
         Table(
@@ -59,6 +59,25 @@ def gained_blocks(found: ArenaResult, tuning: Tuning, cautions: Sequence[str]) -
             Table(("Assumed",), [(one,) for one in cautions]),
         ]
     return blocks
+
+
+def _paid_with(tuning: Tuning, assumed: int) -> list[str]:
+    """What the loops lost of their margins, of the axis that lost most, and what the margins hang on."""
+    found = []
+    stable = [one for one in tuning.axes if one.before.margin > 0.0 and one.after.margin > 0.0]
+    one = min(stable, key=lambda axis: axis.after.margin / axis.before.margin, default=None)
+    if one is not None and one.after.margin < one.before.margin:
+        (gain, phase), (less_gain, less_phase) = margins(one.before.margin), margins(one.after.margin)
+        found.append(
+            f"Paid with margin, most on {one.axis}: a gain of {gain:.1f} would have made it unstable, now one of "
+            f"{less_gain:.1f} does; a phase of {phase:.0f} degrees, now {less_phase:.0f}."
+        )
+    if assumed:
+        found.append(f"{counted(assumed, 'number')} that the margins hang on {_BE[assumed > 1]} assumed, not measured.")
+    return found
+
+
+_BE = {False: "is", True: "are"}
 
 
 def _rms(found: ArenaResult, scenario: str, name: str) -> float:

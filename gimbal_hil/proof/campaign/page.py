@@ -31,8 +31,9 @@ def campaign_page(table: Path, title: str, where: str) -> Page:
     failed = [text for text in problems if text]
     ended = f"{len(failed)} did not finish the experiment" if failed else "all finished the experiment"
     said = f"{len(problems) - 1} antennas and the nominal one: {ended}. Drawn for each: {_listed(list(drawn))}."
-    # what differs most comes first, because the headline speaks of it
-    kinds = sorted(dict.fromkeys(name.rpartition(": ")[2] for name in measured), key=lambda one: -_width(one, measured))
+    # what differs most comes first, because the headline speaks of it; what a loop leaves next to nothing of comes last
+    every = dict.fromkeys(name.rpartition(": ")[2] for name in measured)
+    kinds = sorted(every, key=lambda one: (one in _LEFT_OVER, -_width(one, measured)))
     blocks: list[Block] = [
         Callout(
             said + (f" The first: {failed[0]}." if failed else "") + _widest(kinds, measured),
@@ -64,6 +65,8 @@ _CLEARER = {
     "torque_nm": "largest torque",
     "settling_s": "settling time",
 }
+#: errors of a few steps of an encoder: whether they double says little
+_LEFT_OVER = frozenset({"error_rad", "other_axis_rad"})
 _UNITS = {"_rad_s": "rad/s", "_rad": "rad", "_s": "s", "_percent": "%", "_nm": "N m"}
 
 
@@ -126,13 +129,14 @@ def _widest(kinds: Sequence[str], measured: Mapping[str, NDArray[np.float64]]) -
     """The number that differs most from antenna to antenna, in words: against the largest of its kind, because one that
     is next to nothing may double; a percentage is a share already.
     """
-    found = [spread for kind in kinds for spread in _spreads(kind, measured)]
+    answers = [kind for kind in kinds if kind not in _LEFT_OVER] or kinds
+    found = [spread for kind in answers for spread in _spreads(kind, measured)]
     if not found:
         return ""
     _, kind, step, low, high, nominal = max(found)
     factor, unit = scaled_unit(max(abs(low), abs(high)), _unit(kind))
     low, high, nominal = (round(factor * value, 6) for value in (low, high, nominal))
-    said = f"{_words(kind)} of {step}, {low:.3g} to {quantity(high, unit)} in nine of ten antennas"
+    said = f'{_words(kind)} of the step "{step}", {low:.3g} to {quantity(high, unit)} in nine of ten antennas'
     return f" Differs most: {said} (nominal {quantity(nominal, unit)})."
 
 

@@ -30,7 +30,7 @@ function tell_axes(s) {
     return [axis, at === null ? ["not heard", ""] : [degrees(at, 3), at.toFixed(5) + " rad"],
       [["reference", ref === null ? "none" : degrees(ref, 3) + (at === null ? "" : ", off by " + degrees(ref - at, 3))],
         ["rate", s.rate_rad_s[axis] === null ? "not heard" : degrees(s.rate_rad_s[axis], 2) + "/s"],
-        ["torque", s.torque_nm[axis].toFixed(3) + (l.torque_nm ? " of " + l.torque_nm : "") + " N m"], ["travel", travel_of(l)]]];
+        ["torque asked for", s.torque_nm[axis].toFixed(3) + (l.torque_nm ? " of " + l.torque_nm : "") + " N m"], ["travel", travel_of(l)]]];
   });
   $("axes").replaceChildren(...told.map(([axis, [large, small], rest]) => {
     const box = document.createElement("div"), head = document.createElement("h3"), list = document.createElement("dl");
