@@ -247,6 +247,8 @@ def _signals(path: Path, _document: dict[str, object], axes: tuple[str, ...], lo
         (table,) = questioned(logs.model, (table,), reading.repair, among_others=not logs.one)
         preflight(logs.model, (table,))
     notes = "".join(f"; {note}" for note in table.notes)
+    if logs.model is None:
+        notes += "; its rows are questioned only with a model beside it"
     unmodelled = axes if logs.model is None and axes != (OUTER, INNER) else ()
     text = f"{len(table)} rows at {1.0 / table.period_s:g} Hz, axes {' and '.join(axes)}{notes}"
     return _Seen(text, unmodelled=unmodelled)
