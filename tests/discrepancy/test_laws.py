@@ -326,10 +326,10 @@ def test_what_differs_in_its_memory_alone_takes_one_place_among_those_looked_at_
 
 def test_where_a_law_does_not_stand_its_tests_the_next_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(finding, "Straight", SimpleNamespace(of=lambda *_: None))
-    monkeypatch.setattr(finding, "_best", lambda null, found, straight: iter(("over two", "over one")))
+    monkeypatch.setattr(finding, "_best", lambda *_: iter(("over two", "over one")))
     monkeypatch.setattr(finding, "_asked", lambda *given: given[-1] if given[-1] == "over one" else None)
     nothing = cast(Any, SimpleNamespace(inquiry=None, state=None))
-    assert cast(Any, finding._one_more(nothing, nothing, nothing)) == "over one"
+    assert cast(Any, finding._one_more(nothing, nothing, np.array([True]), nothing)) == "over one"
 
 
 def test_what_a_friction_level_does_is_what_the_model_with_it_says() -> None:

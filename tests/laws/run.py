@@ -20,6 +20,7 @@ import numpy as np
 
 from gimbal_hil.knowledge.discrepancy import Kind, Request, diagnose
 from gimbal_hil.knowledge.discrepancy.inquiry import LEAST_GAP, rms
+from gimbal_hil.knowledge.discrepancy.judgement import beyond_noise
 from gimbal_hil.knowledge.discrepancy.laws import Described, DescribedLaw, described
 from gimbal_hil.knowledge.discrepancy.run import _begun
 from gimbal_hil.knowledge.discrepancy.search import explain
@@ -54,7 +55,8 @@ def looked_at(case: Case, whole: bool, beside_names: bool = False) -> dict[str, 
             began = time.process_time()
             named = explain(begun.inquiry, begun.null).state if beside_names else None
             began = time.process_time()
-            found, before = described(begun.inquiry, begun.null, named), rms(begun.null.untouched)
+            lacking = beyond_noise(begun.inquiry, begun.null)
+            found, before = described(begun.inquiry, begun.null, lacking, named), rms(begun.null.untouched)
             verdict = Kind.UNEXPLAINED.value if found is None else Kind.DESCRIBED.value
     took = time.process_time() - began
     left = [] if found is None else rms(found.state.untouched).round(2).tolist()

@@ -8,8 +8,11 @@ from typing import cast
 import numpy as np
 import pytest
 
-from gimbal_hil.knowledge.discrepancy.inquiry import Policy, State
-from gimbal_hil.knowledge.discrepancy.laws.finding import Described, _explains
+from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Policy, State
+from gimbal_hil.knowledge.discrepancy.judgement import beyond_noise, deciding
+from gimbal_hil.knowledge.discrepancy.laws import finding
+from gimbal_hil.knowledge.discrepancy.laws.finding import Described, _best, _explains
+from gimbal_hil.knowledge.discrepancy.laws.linear import Straight
 from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Channel
 
 AXES = ("outer", "inner")
@@ -49,3 +52,42 @@ def test_laws_explain_the_channels_that_they_act_on_and_leave_no_more_of_the_oth
     before: tuple[float, float], after: tuple[float, float], axes: tuple[str, ...], explains: bool
 ) -> None:
     assert _explains(left(*before), laws_of(left(*after), *axes)) is explains
+
+
+@pytest.mark.parametrize(
+    ("left_floors", "beside_wander", "lacks"),
+    [
+        # a torque over position that friction whose level wanders would leave just as well: the verdict calls it noise
+        ((2.79, 0.7), (1.34, 0.88), (False, False)),
+        # what wander leaves of one axis is no reason for a law of the other
+        ((4.66, 3.45), (1.3, 3.4), (False, True)),
+        ((46.5, 1.512), (46.0, 1.51), (True, False)),
+        # no gap, whatever wander would leave of a single log
+        ((1.2, 1.4), (2.1, 2.1), (False, False)),
+    ],
+)
+def test_laws_are_looked_for_only_where_more_is_left_than_friction_that_wanders(
+    left_floors: tuple[float, float],
+    beside_wander: tuple[float, float],
+    lacks: tuple[bool, bool],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rows, looked = np.tile(left_floors, (4, 1)), []
+    null = cast(State, SimpleNamespace(fitted=rows, left=lambda: np.array(left_floors)))
+    inquiry = SimpleNamespace(
+        policy=Policy(),
+        selecting=np.array([True, True, False, False]),
+        inexact=0.0,
+        in_order=lambda state: rows,
+        tell=looked.append,
+        twin=SimpleNamespace(
+            channels=[Channel(axis, TORQUE, i) for i, axis in enumerate(AXES)], model=None, records=()
+        ),
+    )
+    monkeypatch.setattr(deciding, "left_beside_wander", lambda *_: np.array(beside_wander))
+    monkeypatch.setattr(finding, "shapes_of", lambda *_: ())
+    lacking = beyond_noise(cast(Inquiry, inquiry), null)
+    assert tuple(lacking) == lacks
+    found = cast(Described, SimpleNamespace(inquiry=inquiry, state=null))
+    assert list(_best(null, lacking, found, cast(Straight, None))) == []
+    assert looked == [f"looking for a law of {axis}" for axis, one in zip(AXES, lacks, strict=True) if one]

@@ -34,6 +34,7 @@ from gimbal_hil.knowledge.discrepancy.judgement import (
     Kind,
     Request,
     Result,
+    beyond_noise,
     decide,
     hidden_errors,
     smallest_sizes,
@@ -101,7 +102,7 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
         result = replace(result, decision=replace(decision, kind=Kind.CANNOT_JUDGE))
     searched_all = not (request.only or request.without)
     if result.decision.kind is Kind.UNEXPLAINED and searched_all and not suspected_only:
-        laws = described(inquiry, null, path.state)
+        laws = described(inquiry, null, beyond_noise(inquiry, null), path.state)
         if laws is not None:
             result = replace(result, decision=replace(decision, kind=Kind.DESCRIBED), described=laws)
     return result

@@ -1,7 +1,15 @@
 """The judgement: which of the causes found are reported, and how surely."""
 
 from gimbal_hil.knowledge.discrepancy.judgement.agreement import with_identification
-from gimbal_hil.knowledge.discrepancy.judgement.deciding import Denial, Kind, Status, Told, decide, odds_against
+from gimbal_hil.knowledge.discrepancy.judgement.deciding import (
+    Denial,
+    Kind,
+    Status,
+    Told,
+    beyond_noise,
+    decide,
+    odds_against,
+)
 from gimbal_hil.knowledge.discrepancy.judgement.earned import NumberError, hidden_errors, number_errors
 from gimbal_hil.knowledge.discrepancy.judgement.intervals import number_intervals, parameter_intervals
 from gimbal_hil.knowledge.discrepancy.judgement.measured_torque import torque_is_measured, with_measured_torque
@@ -28,6 +36,7 @@ __all__ = [
     "Status",
     "Told",
     "Trace",
+    "beyond_noise",
     "channel_name",
     "decide",
     "hidden_errors",

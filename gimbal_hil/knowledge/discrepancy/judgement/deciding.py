@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import Cause, plainer_of
 from gimbal_hil.knowledge.discrepancy.inquiry import MOST_CAUSES, Inquiry, Policy, State, refitted, settled, squares_of
-from gimbal_hil.knowledge.discrepancy.judgement.gap import is_a_gap
+from gimbal_hil.knowledge.discrepancy.judgement.gap import channels_with_a_gap, is_a_gap
 from gimbal_hil.knowledge.discrepancy.judgement.instead import better_instead, set_of
 from gimbal_hil.knowledge.discrepancy.judgement.judging import Remainder, Standing, depends_on, remainders, standings
 from gimbal_hil.knowledge.discrepancy.judgement.rivals import Rival
@@ -227,6 +228,12 @@ def _as_numbers(inquiry: Inquiry, state: State) -> State:
 def _leaves_a_gap(inquiry: Inquiry, null: State) -> bool:
     """Whether the model leaves a gap."""
     return is_a_gap(inquiry, null.fitted, inquiry.in_order(null), lambda: left_beside_wander(inquiry, null))
+
+
+def beyond_noise(inquiry: Inquiry, null: State) -> NDArray[np.bool_]:
+    """Channels of which the model leaves a gap that friction whose level wanders is no reason for, (channels,)."""
+    gaps = channels_with_a_gap(inquiry, null.fitted, inquiry.in_order(null))
+    return gaps & (left_beside_wander(inquiry, null) > inquiry.policy.not_repeated)
 
 
 def _only_noise(inquiry: Inquiry, null: State, left: tuple[Remainder, ...]) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State, refitted, rms, surely_less
 from gimbal_hil.knowledge.discrepancy.laws.curve import (
@@ -71,13 +72,16 @@ class Described:
     state: State
 
 
-def described(inquiry: Inquiry, null: State, named: State | None = None) -> Described | None:
+def described(
+    inquiry: Inquiry, null: State, lacking: NDArray[np.bool_], named: State | None = None
+) -> Described | None:
     """Laws beside the model with its known numbers moved; None where none explains what is left, or none better than
-    `named`, the best that names of the catalogue did.
+    `named`, the best that names of the catalogue did. Only of channels that are `lacking` something, (channels,), is a
+    law told: by the rule of the verdict the others hold nothing but noise.
     """
     found = Described((), inquiry.twin.model, inquiry, null)
     for _ in range(_MOST_LAWS):
-        more = _one_more(inquiry, null, found)
+        more = _one_more(inquiry, null, lacking, found)
         if more is None:
             break
         found = more
@@ -109,9 +113,11 @@ def _explains(null: State, found: Described) -> bool:
     return bool(np.any(gap & told) and np.all(stands))
 
 
-def _one_more(inquiry: Inquiry, null: State, found: Described) -> Described | None:
+def _one_more(inquiry: Inquiry, null: State, lacking: NDArray[np.bool_], found: Described) -> Described | None:
+    if not np.any(lacking):
+        return None
     straight = Straight.of(found.inquiry, found.state)
-    asked = (_asked(inquiry, null, found, straight, best) for best in _best(null, found, straight))
+    asked = (_asked(inquiry, null, found, straight, best) for best in _best(null, lacking, found, straight))
     return next((one for one in asked if one is not None), None)
 
 
@@ -158,14 +164,14 @@ def _selecting_squares(state: State) -> Floats:
     return np.asarray(np.mean(np.concatenate([state.fitted, state.selecting]) ** 2, axis=0))
 
 
-def _best(null: State, found: Described, straight: Straight) -> Iterator[Tried]:
-    """The plainest shape of those that leave least of the selecting half, on the axis with the largest gap; then, where
-    that is of two variables, the plainest of one.
+def _best(null: State, lacking: NDArray[np.bool_], found: Described, straight: Straight) -> Iterator[Tried]:
+    """The plainest shape of those that leave least of the selecting half, on the axis with the largest gap of those
+    that lack something; then, where that is of two variables, the plainest of one.
     """
     inquiry = found.inquiry
     levels = [
-        float(left) if channel.signal == TORQUE else 0.0
-        for channel, left in zip(inquiry.twin.channels, found.state.left(), strict=True)
+        float(left) if channel.signal == TORQUE and lacks else 0.0
+        for channel, left, lacks in zip(inquiry.twin.channels, found.state.left(), lacking, strict=True)
     ]
     worst = int(np.argmax(levels))
     if levels[worst] <= inquiry.policy.least_gap:
