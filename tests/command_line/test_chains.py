@@ -66,6 +66,20 @@ def test_friction_of_ones_own_gimbal_leads_to_a_search_on_that_gimbal(tmp_path: 
     assert all("--config mine/antenna.yaml" in line for line in lines[2:])
 
 
+def test_what_was_identified_of_a_virtual_antenna_is_asked_about_that_antenna(tmp_path: Path) -> None:
+    first = "gimbal-hil experiment sliding --short --model realistic --out sliding"
+    lines = chain(tmp_path, first, links=2)
+    lines.append(lines.pop().replace(" survey ", " survey --short "))
+    lines += chain(tmp_path, lines[-1], links=3)[1:]
+    assert names(lines)[:5] == [
+        "experiment sliding", "identify", "experiment survey", "experiment survey_holdout", "discrepancy",
+    ]  # fmt: skip
+    assert all("--model realistic --known identified/model.yaml" in line for line in lines[2:4])
+    assert lines[4].startswith("gimbal-hil discrepancy --model identified/model.yaml --measured survey ")
+    # whatever the verdict is, no other antenna is moved for it
+    assert "experiment" not in lines[5] or "--model realistic" in lines[5]
+
+
 def test_a_survey_through_a_daemon_leads_to_a_verdict_and_replays(tmp_path: Path) -> None:
     run(tmp_path, "gimbal-hil init mine --yes --axes azimuth,elevation")
     config = tmp_path / "mine" / "antenna.yaml"

@@ -15,7 +15,7 @@ import typer.main
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.surface.checking import Checked, FileKind, check_files
-from gimbal_hil.surface.cli import following
+from gimbal_hil.surface.cli import following, following_logs, next_line
 from gimbal_hil.surface.cli.commands import COMMANDS, function_of
 from gimbal_hil.surface.cli.completion import whole_app
 
@@ -43,24 +43,30 @@ LINES = [
     following.after_conformance(Path("c.yaml"), HERE),
     following.after_plant(Path("c.yaml"), "unix", "/tmp/a"),
     following.after_plant(None, "serial", "/dev/pts/3"),
-    following.after_identify(Path("out/friction"), [HERE], 2, True),
-    following.after_identify(Path("out/friction"), [HERE], 2, False),
-    following.after_identify(Path("out/friction"), [HERE, HERE], 1, True, ["time_s=t [ms]:ms"]),
-    following.after_identify(
+    following_logs.after_identify(Path("out/friction"), [HERE], 2, True),
+    following_logs.after_identify(Path("out/friction"), [HERE], 2, False),
+    following_logs.after_identify(Path("out/friction"), [HERE, HERE], 1, True, ["time_s=t [ms]:ms"]),
+    following_logs.after_identify(
         Path("out/friction"), [HERE], 1, False, ["j.position=q:rad"], ["j"], "m.yaml", {"rate": "500"}
     ),
-    following.after_identify(Path("out/friction"), [HERE], 1, True, (), (), None, {"repair": True, "resample": False}),
-    following.after_discrepancy(OPEN | {"verdict": "unexplained"}, "emps", 2, Path("out/verdict")),
-    following.after_discrepancy(OPEN | {"verdict": "named"}, None, 2, Path("out/verdict")),
-    following.after_discrepancy(OPEN | {"verdict": "ambiguous"}, None, 1, Path("out/verdict")),
-    following.after_discrepancy(OPEN | {"verdict": "ambiguous"}, None, 2, Path("out/verdict"), (), Path(__file__)),
-    following.after_discrepancy(OPEN | {"verdict": "cannot_judge"}, None, 2, Path("out/verdict")),
+    following_logs.after_identify(
+        Path("out/friction"), [HERE], 1, True, (), (), None, {"repair": True, "resample": False}
+    ),
+    following_logs.after_discrepancy(OPEN | {"verdict": "unexplained"}, "emps", 2, Path("out/verdict")),
+    following_logs.after_discrepancy(OPEN | {"verdict": "named"}, None, 2, Path("out/verdict")),
+    following_logs.after_discrepancy(OPEN | {"verdict": "ambiguous"}, None, 1, Path("out/verdict")),
+    following_logs.after_discrepancy(OPEN | {"verdict": "ambiguous"}, None, 2, Path("out/verdict"), (), Path(__file__)),
+    following_logs.after_discrepancy(OPEN | {"verdict": "cannot_judge"}, None, 2, Path("out/verdict")),
+    following.after_export_model(Path("m.yaml"), 2),
+    following.after_export_model(Path("m.yaml"), 1),
+    following_logs.after_testable("survey", "m.yaml", None, True),
+    following_logs.after_testable("survey", "m.yaml", Path("c.yaml"), False),
     following.after_joint("elbow", 0.41, Path("elbow.csv")),
-    following.after_changed(OPEN, Path("out/changed")),
-    following.after_changed(OPEN | {"effects": []}, Path("out/changed")),
-    following.after_improve(Path("better"), None, True),
-    following.after_improve(Path("better"), Path("c.yaml"), False),
-    following.after_improve(Path("better"), None, True, None, ["viscous"]),
+    following_logs.after_changed(OPEN, Path("out/changed")),
+    following_logs.after_changed(OPEN | {"effects": []}, Path("out/changed")),
+    following_logs.after_improve(Path("better"), None, True),
+    following_logs.after_improve(Path("better"), Path("c.yaml"), False),
+    following_logs.after_improve(Path("better"), None, True, None, ["viscous"]),
     following.after_tune(Path("c.yaml"), Path("c.tuned.yaml"), "realistic", 2),
     following.after_tune(Path("c.yaml"), Path("c.tuned.yaml"), "emps", 1),
     following.after_replay(HERE, True),
@@ -79,10 +85,14 @@ LINES = [
 
 def test_positions_that_seem_to_be_in_turns_are_asked_again_in_turns() -> None:
     words = ["time_s=t", "j.position=pos", "k.position=a b:deg"]
-    assert following.columns_in_turns(words, ["j", "k"]) == ["time_s=t", "j.position=pos:turn", "k.position=a b:turn"]
-    assert following.columns_in_turns((), ["j"]) == ["j.position=j.position:turn"]
+    assert following_logs.columns_in_turns(words, ["j", "k"]) == [
+        "time_s=t",
+        "j.position=pos:turn",
+        "k.position=a b:turn",
+    ]
+    assert following_logs.columns_in_turns((), ["j"]) == ["j.position=j.position:turn"]
     words = ["j.position=/odrv0:pos", "k.position=enc:-rad"]
-    assert following.columns_in_turns(words, ["j", "k"]) == ["j.position=/odrv0:pos:turn", "k.position=enc:-turn"]
+    assert following_logs.columns_in_turns(words, ["j", "k"]) == ["j.position=/odrv0:pos:turn", "k.position=enc:-turn"]
 
 
 def test_a_log_of_axes_that_no_model_has_leads_to_a_model_of_them() -> None:
@@ -104,9 +114,11 @@ def test_several_logs_beside_a_model_lead_to_a_verdict_that_the_last_one_judges(
 
 
 def test_an_improved_model_whose_friction_its_logs_would_not_show_leads_to_friction() -> None:
-    assert " experiment sliding " in following.after_improve(Path("better"), None, True, None, ["viscous", "inertia"])
-    assert " experiment survey " in following.after_improve(Path("better"), None, True, None, ["inertia"])
-    assert " experiment step " in following.after_improve(Path("better"), None, True)
+    assert " experiment sliding " in following_logs.after_improve(
+        Path("better"), None, True, None, ["viscous", "inertia"]
+    )
+    assert " experiment survey " in following_logs.after_improve(Path("better"), None, True, None, ["inertia"])
+    assert " experiment step " in following_logs.after_improve(Path("better"), None, True, HERE)
 
 
 @pytest.mark.parametrize("line", LINES)
@@ -141,33 +153,35 @@ def test_an_open_verdict_proposes_the_planned_run_or_one_that_dwells_where_the_g
         "where": [{"regime": regime}],
         "next_experiment": None if planned is None else {"plan": planned},
     }
-    assert following.after_discrepancy(verdict, None, 2, Path("v")).startswith(f"gimbal-hil experiment {expected} ")
+    assert following_logs.after_discrepancy(verdict, None, 2, Path("v")).startswith(
+        f"gimbal-hil experiment {expected} "
+    )
 
 
 def test_numbers_that_nobody_measured_are_measured_where_they_keep_logs_from_judging() -> None:
-    line = following.after_discrepancy(
+    line = following_logs.after_discrepancy(
         OPEN | {"verdict": "cannot_judge"}, "m.yaml", 2, Path("v"), assumed={"viscous", "inertia"}
     )
-    assert line == "gimbal-hil experiment sliding --model m.yaml --out sliding"
-    inertia = following.after_discrepancy(
+    assert line == "gimbal-hil experiment sliding --known m.yaml --out sliding"
+    inertia = following_logs.after_discrepancy(
         OPEN | {"verdict": "cannot_judge"}, "m.yaml", 2, Path("v"), assumed={"inertia"}
     )
     assert inertia == "gimbal-hil check m.yaml"
-    measured = following.after_discrepancy(OPEN | {"verdict": "cannot_judge"}, "m.yaml", 2, Path("v"))
+    measured = following_logs.after_discrepancy(OPEN | {"verdict": "cannot_judge"}, "m.yaml", 2, Path("v"))
     assert measured.startswith("gimbal-hil experiment survey ")
 
 
 @pytest.mark.parametrize("verdict", ["ambiguous", "cannot_judge"])
 def test_an_open_verdict_proposes_the_motion_that_was_made_for_it(verdict: str, tmp_path: Path) -> None:
     made, found = tmp_path / "settle.yaml", OPEN | {"verdict": verdict}
-    assert "settle" not in following.after_discrepancy(found, None, 2, tmp_path / "v", (), made)
+    assert "settle" not in following_logs.after_discrepancy(found, None, 2, tmp_path / "v", (), made)
     made.write_text("", encoding="utf-8")
-    line = following.after_discrepancy(found, None, 2, tmp_path / "v", (), made)
+    line = following_logs.after_discrepancy(found, None, 2, tmp_path / "v", (), made)
     assert line == f"gimbal-hil experiment {made} --out {tmp_path / 'settle'}"
 
 
 def test_names_with_blanks_are_quoted_as_a_shell_wants_them() -> None:
-    assert following.command_line("replay", Path("my runs/1")) == "gimbal-hil replay 'my runs/1'"
+    assert next_line.command_line("replay", Path("my runs/1")) == "gimbal-hil replay 'my runs/1'"
 
 
 MODELS = sorted((Path(following.__file__).parents[3] / "config" / "models").glob("*.yaml"))

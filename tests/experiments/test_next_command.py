@@ -11,7 +11,8 @@ from gimbal_hil.data.runs import RunWriter
 from gimbal_hil.knowledge.experiments.sequences.registry import SEQUENCES
 from gimbal_hil.surface.cli import main
 from gimbal_hil.surface.cli.app import run
-from gimbal_hil.surface.cli.following import after_experiment
+from gimbal_hil.surface.cli.following_logs import after_experiment
+from gimbal_hil.surface.cli.origin import LogOrigin
 from tests.runs.synthetic import HEADER
 
 
@@ -32,20 +33,21 @@ def test_the_help_of_discrepancy_says_where_logs_come_from(capsys: pytest.Captur
 
 def test_the_way_from_a_step_to_a_verdict_is_shown_command_by_command() -> None:
     config, runs = Path("mine/antenna.yaml"), Path("mine/runs")
-    assert after_experiment("step", runs / "step", config, None, None) == (
+    origin = LogOrigin(config)
+    assert after_experiment("step", runs / "step", origin) == (
         "gimbal-hil experiment survey --config mine/antenna.yaml --out mine/runs/survey"
     )
-    assert after_experiment("survey", runs / "survey", config, "m.yaml", None) == (
-        "gimbal-hil experiment survey_holdout --config mine/antenna.yaml --model m.yaml --out mine/runs/survey_holdout"
+    assert after_experiment("survey", runs / "survey", origin, "m.yaml") == (
+        "gimbal-hil experiment survey_holdout --config mine/antenna.yaml --known m.yaml --out mine/runs/survey_holdout"
     )
     # without a survey beside it there is nothing to look into yet
-    assert after_experiment("survey_holdout", runs / "survey_holdout", config, "m.yaml", None) == (
-        "gimbal-hil experiment survey --config mine/antenna.yaml --model m.yaml --out mine/runs/survey"
+    assert after_experiment("survey_holdout", runs / "survey_holdout", origin, "m.yaml") == (
+        "gimbal-hil experiment survey --config mine/antenna.yaml --known m.yaml --out mine/runs/survey"
     )
-    assert after_experiment("sliding", runs / "sliding", None, None, None) == (
+    assert after_experiment("sliding", runs / "sliding", LogOrigin()) == (
         "gimbal-hil identify mine/runs/sliding --out mine/runs/identified"
     )
-    assert after_experiment("sliding", Path("my runs/A"), None, None, None) == (
+    assert after_experiment("sliding", Path("my runs/A"), LogOrigin()) == (
         "gimbal-hil identify 'my runs/A' --out 'my runs/identified'"
     )
 
@@ -58,14 +60,14 @@ def test_a_survey_under_a_name_of_ones_own_is_found_and_the_model_is_the_configu
     for name, title in (("older", "survey"), ("A", "survey"), ("C", "step")):
         RunWriter(tmp_path / name, replace(HEADER, title=title)).close(0, "")
     config = Path("mine/antenna.yaml")
-    assert after_experiment("survey_holdout", Path("B"), config, None, None) == (
+    assert after_experiment("survey_holdout", Path("B"), LogOrigin(config)) == (
         "gimbal-hil discrepancy --model mine/model.yaml --measured A --holdout B --out verdict"
     )
-    assert after_experiment("sliding", Path("S"), config, None, None) == (
+    assert after_experiment("sliding", Path("S"), LogOrigin(config)) == (
         "gimbal-hil identify S --model mine/model.yaml --out identified"
     )
     run("init", ["far", "--yes", "--link", "unix:/tmp/antenna"])
-    assert "--model far/model.yaml" in after_experiment("sliding", Path("S"), Path("far/antenna.yaml"), None, None)
+    assert "--model far/model.yaml" in after_experiment("sliding", Path("S"), LogOrigin(Path("far/antenna.yaml")))
 
 
 def test_help_says_what_to_write_and_not_what_python_calls_it(capsys: pytest.CaptureFixture[str]) -> None:

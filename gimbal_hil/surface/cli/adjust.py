@@ -32,7 +32,7 @@ def command(
 
     from firmware_protocol.errors import EXIT_DONE, BadInputError
     from gimbal_hil.realtime.operator import OperatorClient
-    from gimbal_hil.surface.cli.following import command_line, print_next
+    from gimbal_hil.surface.cli.next_line import command_line, print_next
     from gimbal_hil.surface.cli.operate import daemon_run
 
     if back and values:

@@ -122,7 +122,7 @@ def _answer(what: str, measured: BenchFindings, page: Path | None, as_json: bool
     import json
     import sys
 
-    from gimbal_hil.surface.cli.following import command_line, print_next
+    from gimbal_hil.surface.cli.next_line import command_line, print_next
 
     words, text, figures, blocks, costs, config = measured
     print(json.dumps(figures) if as_json else text, flush=True)

@@ -75,7 +75,7 @@ def command(
     from gimbal_hil.knowledge.executor import open_executor
     from gimbal_hil.pages.report import Callout
     from gimbal_hil.proof.campaign import campaign_page, run_campaign
-    from gimbal_hil.surface.cli.following import command_line, print_next
+    from gimbal_hil.surface.cli.next_line import command_line, print_next
     from gimbal_hil.surface.cli.progress import ProgressBar
 
     campaign = _campaign(name, asked)

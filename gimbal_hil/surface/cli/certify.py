@@ -45,7 +45,8 @@ def certify(choice: CertifyChoice) -> int:
         summary,
     )
     from gimbal_hil.surface.cli.antenna_choice import settings_and_antenna
-    from gimbal_hil.surface.cli.following import after_certificate, print_next
+    from gimbal_hil.surface.cli.following import after_certificate
+    from gimbal_hil.surface.cli.next_line import print_next
     from gimbal_hil.surface.cli.progress import ProgressBar
 
     settings, antenna = settings_and_antenna(choice.config, choice.model)

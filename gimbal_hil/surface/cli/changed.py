@@ -80,7 +80,8 @@ def _told(found: Changes, out: Path, fails: frozenset[str], as_json: bool) -> in
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO
-    from gimbal_hil.surface.cli.following import after_changed, print_next
+    from gimbal_hil.surface.cli.following_logs import after_changed
+    from gimbal_hil.surface.cli.next_line import print_next
 
     if as_json:
         print(json.dumps(found.document, allow_nan=False))

@@ -45,7 +45,8 @@ def command(
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
     from gimbal_hil.pages.report import Case, write_junit
     from gimbal_hil.surface.checking import check_files
-    from gimbal_hil.surface.cli.following import after_check, print_next
+    from gimbal_hil.surface.cli.following import after_check
+    from gimbal_hil.surface.cli.next_line import print_next
 
     if schema is not None:
         return _print_schema(schema)

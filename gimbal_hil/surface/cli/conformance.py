@@ -76,7 +76,8 @@ def command(
         open_antenna,
         write_report,
     )
-    from gimbal_hil.surface.cli.following import after_conformance, print_next
+    from gimbal_hil.surface.cli.following import after_conformance
+    from gimbal_hil.surface.cli.next_line import print_next
     from gimbal_hil.surface.starting import settings_on_link
 
     wanted = _wanted(checks.only or [], checks.torque_share)

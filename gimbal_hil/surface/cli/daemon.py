@@ -118,7 +118,8 @@ def _tell(report: DaemonReport, as_json: bool) -> None:
     import json
 
     from gimbal_hil.realtime.daemon import summary_lines
-    from gimbal_hil.surface.cli.following import after_daemon, print_next
+    from gimbal_hil.surface.cli.following import after_daemon
+    from gimbal_hil.surface.cli.next_line import print_next
 
     if as_json:
         print(json.dumps(report.as_dict()))

@@ -31,7 +31,8 @@ def command(
 
     from firmware_protocol.kernel_cache import is_kept
     from gimbal_hil.loop.timing import wall_clock_utc
-    from gimbal_hil.surface.cli.following import after_demo, print_next
+    from gimbal_hil.surface.cli.following import after_demo
+    from gimbal_hil.surface.cli.next_line import print_next
     from gimbal_hil.surface.cli.progress import ProgressBar
 
     folder = out or Path("runs") / f"demo-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"

@@ -191,7 +191,8 @@ def _told(
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO
-    from gimbal_hil.surface.cli.following import after_discrepancy, print_next
+    from gimbal_hil.surface.cli.following_logs import after_discrepancy
+    from gimbal_hil.surface.cli.next_line import print_next
 
     verdict = finding.verdict.document
     print(json.dumps(verdict, allow_nan=False) if as_json else verdict_summary(verdict, asked.out))
@@ -231,7 +232,7 @@ def _assumed_words(numbers: list[tuple[str, str]], axes: int, moved_in: Path | N
     """Why logs cannot judge a model of which nobody measured these numbers, and what to do; `moved_in` is the folder
     of the model in which numbers are where these logs put them.
     """
-    from gimbal_hil.surface.cli.following import FRICTIONS
+    from gimbal_hil.surface.cli.following_logs import FRICTIONS
     from sim_backend.effects import CATALOGUE
 
     said = ", ".join(f"{CATALOGUE[name].asked_as or name} on {axis}" for name, axis in numbers)

@@ -38,7 +38,8 @@ def command(
     from firmware_protocol.links import AdapterLinkConfig
     from gimbal_hil.loop.settings import load_settings, shipped_settings
     from gimbal_hil.realtime.daemon import check_link
-    from gimbal_hil.surface.cli.following import after_doctor, print_next
+    from gimbal_hil.surface.cli.following import after_doctor
+    from gimbal_hil.surface.cli.next_line import print_next
 
     if out is not None:
         require_new(out, force, REPORT_FILE)

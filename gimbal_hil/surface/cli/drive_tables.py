@@ -57,7 +57,8 @@ def command(
     from firmware_protocol.links import AdapterLinkConfig
     from gimbal_hil.knowledge.drive_tables import drive_tables
     from gimbal_hil.loop.settings import load_settings
-    from gimbal_hil.surface.cli.following import after_drive_tables, print_next
+    from gimbal_hil.surface.cli.following import after_drive_tables
+    from gimbal_hil.surface.cli.next_line import print_next
     from sim_backend.model import load_model
 
     link = load_settings(config).link

@@ -20,7 +20,8 @@ def command(
     """The catalogue of effects by domain: definition, parameters with unit, bounds and neutral value, and the run that
     excites each.
     """
-    from gimbal_hil.surface.cli.following import after_effects, print_next
+    from gimbal_hil.surface.cli.following import after_effects
+    from gimbal_hil.surface.cli.next_line import print_next
     from sim_backend.effects import CATALOGUE, Domain, effect_named
 
     chosen = list(CATALOGUE.values()) if name is None else [effect_named(name, "gimbal-hil effects")]

@@ -16,6 +16,7 @@ from gimbal_hil.surface.cli.completion import model_names, one_of
 
 if TYPE_CHECKING:
     from gimbal_hil.knowledge.experiments import Outcome
+    from gimbal_hil.surface.cli.origin import LogOrigin
 
 
 #: those of the registry, which --help and completion do not wait for
@@ -37,8 +38,15 @@ class ExperimentOptions:
         typer.Option(
             metavar="MODEL",
             autocompletion=model_names,
-            help="Model (file or shipped name) of the embedded antenna, not the configuration's; with --run where "
-            "torques come from.",
+            help="Model (file or shipped name) of the embedded antenna, not the configuration's; with --run --known.",
+        ),
+    ] = None
+    known: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODEL",
+            autocompletion=model_names,
+            help="Model that you have of the antenna: torques come from it, and what is printed as next asks about it.",
         ),
     ] = None
     axis: Annotated[list[str] | None, typer.Option(help="Only this axis; may be repeated.")] = None
@@ -60,6 +68,16 @@ class ExperimentOptions:
     seed: Annotated[
         int | None, typer.Option(help="Seed of the embedded antenna's noise, in place of the configuration's.", min=0)
     ] = None
+
+    def has_of_the_antenna(self, run: Path | None) -> str | None:
+        """The model that is asked about the antenna: a daemon's is not made of one."""
+        return self.known or (None if run is None else self.model)
+
+    def origin(self, run: Path | None) -> LogOrigin:
+        """Which antenna is moved."""
+        from gimbal_hil.surface.cli.origin import LogOrigin
+
+        return LogOrigin(self.config, run, None if run is not None else self.model)
 
 
 @dataclass(frozen=True)
@@ -95,7 +113,8 @@ def command(
     from firmware_protocol.errors import EXIT_INTERRUPTED
     from gimbal_hil.knowledge.experiments import CHECKPOINT_FILE, PARTS_FOLDER
     from gimbal_hil.pages.report import counted
-    from gimbal_hil.surface.cli.following import after_experiment, print_next
+    from gimbal_hil.surface.cli.following_logs import after_experiment
+    from gimbal_hil.surface.cli.next_line import print_next
     from gimbal_hil.surface.cli.progress import ProgressBar
 
     folder = _folder(name, leaving, run, lockstep)
@@ -121,7 +140,8 @@ def command(
             print(f"  {line}")
         print(f"  table   {folder / 'table.csv'} ({counted(len(outcome.rows), 'row')})")
         print(f"  report  {folder / 'report.html'}")
-        print_next(after_experiment(outcome.experiment.name, folder, asked.config, asked.model, run, asked.short))
+        known = asked.has_of_the_antenna(run)
+        print_next(after_experiment(outcome.experiment.name, folder, asked.origin(run), known, asked.short))
     return 0
 
 
@@ -171,7 +191,8 @@ def _in_lockstep(name: str, asked: ExperimentOptions) -> Callable[..., Outcome]:
         antenna = model_named(asked.model)
     settings = settings.for_axes(antenna.axes, antenna.where)
     names = settings.axis_names
-    known = breakaway_torques(antenna) | torques_by_axis(asked.breakaway, names)
+    known = breakaway_torques(model_named(asked.known) if asked.known else antenna)
+    known |= torques_by_axis(asked.breakaway, names)
     axes = axes_named(asked.axis, names)
     options = SequenceOptions(settings.rate_hz, axes, asked.short, asked.every, known, asked.base, names)
     seed = own_seed if asked.seed is None else asked.seed
@@ -188,9 +209,8 @@ def _through_daemon(name: str, asked: ExperimentOptions, run: Path) -> Callable[
 
     header = read_header(run).header
     rate_hz, names = 1e9 / header.period_ns, header.axes
-    known = (breakaway_torques(model_named(asked.model)) if asked.model else {}) | torques_by_axis(
-        asked.breakaway, names
-    )
+    model = asked.has_of_the_antenna(run)
+    known = (breakaway_torques(model_named(model)) if model else {}) | torques_by_axis(asked.breakaway, names)
     # a real antenna's log is not thinned: it cannot be made again
     options = SequenceOptions(rate_hz, axes_named(asked.axis, names), asked.short, 1, known, names=names)
     return partial(conduct_through_daemon, build_experiment(name, options), run)

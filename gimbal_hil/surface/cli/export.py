@@ -61,7 +61,8 @@ def command(
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
     from gimbal_hil.data.runs import damage_of, open_run
-    from gimbal_hil.surface.cli.following import after_export, print_next
+    from gimbal_hil.surface.cli.following import after_export
+    from gimbal_hil.surface.cli.next_line import print_next
     from gimbal_hil.surface.cli.progress import error_console
 
     if layouts and kind is not Format.MCAP:

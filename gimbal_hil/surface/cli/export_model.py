@@ -33,7 +33,8 @@ def command(
     from firmware_protocol.errors import EXIT_DONE
     from gimbal_hil.data.signals import replacing
     from gimbal_hil.knowledge.model_exports import export_model
-    from gimbal_hil.surface.cli.following import after_export_model, print_next
+    from gimbal_hil.surface.cli.following import after_export_model
+    from gimbal_hil.surface.cli.next_line import print_next
     from sim_backend.model import load_model
 
     read = load_model(model)
@@ -46,7 +47,7 @@ def command(
         print(json.dumps({"file": str(out), "format": to.value, **_document(exported)}, indent=2))
     else:
         _say(exported, to, out)
-        print_next(after_export_model(model))
+        print_next(after_export_model(model, len(read.axes)))
     return EXIT_DONE
 
 

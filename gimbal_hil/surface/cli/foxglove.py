@@ -28,7 +28,7 @@ def command(
     from firmware_protocol.errors import EXIT_DONE, LinkError
     from gimbal_hil.realtime.foxglove import FoxgloveServer, layout_of, serve
     from gimbal_hil.realtime.operator import OperatorClient
-    from gimbal_hil.surface.cli.following import command_line, print_next
+    from gimbal_hil.surface.cli.next_line import command_line, print_next
     from gimbal_hil.surface.cli.operate import daemon_run
 
     folder = daemon_run(run)

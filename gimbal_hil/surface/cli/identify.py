@@ -106,7 +106,8 @@ def command(
         identification_record,
         table_record,
     )
-    from gimbal_hil.surface.cli.following import after_identify, print_next
+    from gimbal_hil.surface.cli.following_logs import after_identify
+    from gimbal_hil.surface.cli.next_line import print_next
 
     require_new(out, force, MODEL_FILE, ANSWER_FILE, REPORT_FILE)
     given, axes = _prior(model, friction.axis, friction.breakaway)

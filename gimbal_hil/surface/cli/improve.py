@@ -103,7 +103,8 @@ def command(
         torques_of,
         travels_of,
     )
-    from gimbal_hil.surface.cli.following import after_improve, print_next
+    from gimbal_hil.surface.cli.following_logs import after_improve
+    from gimbal_hil.surface.cli.next_line import print_next
     from gimbal_hil.surface.cli.progress import ProgressBar
 
     _refuse_what_stands_there(out, resume, force)

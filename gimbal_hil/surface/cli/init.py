@@ -102,7 +102,7 @@ def command(
     import json
 
     from firmware_protocol.errors import EXIT_DONE
-    from gimbal_hil.surface.cli.following import print_next
+    from gimbal_hil.surface.cli.next_line import print_next
     from gimbal_hil.surface.starting import first_command, write_antenna
 
     antenna = _described(folder, told, _asker(yes))

@@ -50,7 +50,8 @@ def command(
 
     from firmware_protocol.errors import EXIT_DONE
     from gimbal_hil.data.signals import ColumnMap, write_signals
-    from gimbal_hil.surface.cli.following import after_joint, print_next
+    from gimbal_hil.surface.cli.following import after_joint
+    from gimbal_hil.surface.cli.next_line import print_next
     from gimbal_hil.surface.library import joint_of_arm
 
     require_new(out.parent, force, out.name)

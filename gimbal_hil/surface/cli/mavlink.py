@@ -34,7 +34,7 @@ def command(
     from firmware_protocol.errors import EXIT_DONE
     from gimbal_hil.realtime.mavlink import Gimbal, open_link, reach_of, serve
     from gimbal_hil.realtime.operator import OperatorClient
-    from gimbal_hil.surface.cli.following import command_line, print_next
+    from gimbal_hil.surface.cli.next_line import command_line, print_next
     from gimbal_hil.surface.cli.operate import daemon_run
 
     folder = daemon_run(run)

@@ -45,7 +45,7 @@ def set_axes(
     Without --attended a set-point outlives this command: `stop` ends it.
     """
     from firmware_protocol.errors import BadInputError
-    from gimbal_hil.surface.cli.following import command_line
+    from gimbal_hil.surface.cli.next_line import command_line
 
     if mode not in _MODES:
         raise BadInputError("--mode", f"no mode {mode!r}", ", ".join(_MODES))
@@ -137,7 +137,7 @@ def daemon_run(run: Path | None) -> Path:
 
 
 def _plain(name: str, said: str, run: Path | None, as_json: bool, following: str = "watch") -> int:
-    from gimbal_hil.surface.cli.following import command_line
+    from gimbal_hil.surface.cli.next_line import command_line
 
     folder = daemon_run(run)
     with _client(folder) as client:
@@ -188,7 +188,7 @@ def _tell(answer: Json, said: str, following: str, as_json: bool) -> int:
     import json
 
     from firmware_protocol.errors import EXIT_DONE
-    from gimbal_hil.surface.cli.following import print_next
+    from gimbal_hil.surface.cli.next_line import print_next
 
     print(json.dumps(answer) if as_json else said)
     if not as_json:

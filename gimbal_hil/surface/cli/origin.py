@@ -17,6 +17,10 @@ class LogOrigin:
 
     config: Path | None = None
     run: Path | None = None
+    #: model that was the embedded antenna, where another than the configuration's was asked for
+    model: str | None = None
+    #: files of an antenna that nothing here moves
+    elsewhere: bool = False
 
 
 def origin_of(logs: Sequence[Path]) -> LogOrigin:
@@ -30,15 +34,24 @@ def origin_of(logs: Sequence[Path]) -> LogOrigin:
         with suppress(BadInputError):
             words = read_header(log).who.get("command", ())
             through = option_in(words, "--run")
-            found = LogOrigin(config=option_in(words, "--config")) if through is None else origin_of([through])
+            if through is not None:
+                found = origin_of([through])
+            else:
+                model = next(iter(_values(words, "--model")), None)
+                found = LogOrigin(option_in(words, "--config"), model=model)
             if found != LogOrigin():
                 return found
-    return LogOrigin()
+    return LogOrigin(elsewhere=bool(logs) and all(log.is_file() for log in logs))
 
 
 def option_in(words: Sequence[object], name: str) -> Path | None:
     """The file or folder that a recorded command line names, None where it is not there any more."""
+    return next((Path(value) for value in _values(words, name) if Path(value).exists()), None)
+
+
+def _values(words: Sequence[object], name: str) -> list[str]:
+    """What a recorded command line gives an option."""
     told = [str(word) for word in words]
-    values = [after for word, after in pairwise(told) if word == name]
-    values += [word.removeprefix(f"{name}=") for word in told if word.startswith(f"{name}=")]
-    return next((Path(value) for value in values if Path(value).exists()), None)
+    return [after for word, after in pairwise(told) if word == name] + [
+        word.removeprefix(f"{name}=") for word in told if word.startswith(f"{name}=")
+    ]

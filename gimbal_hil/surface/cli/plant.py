@@ -83,7 +83,8 @@ def command(
     from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, BadInputError
     from firmware_protocol.links import AdapterLinkConfig
     from gimbal_hil.loop.settings import load_settings, shipped_settings
-    from gimbal_hil.surface.cli.following import after_plant, print_next
+    from gimbal_hil.surface.cli.following import after_plant
+    from gimbal_hil.surface.cli.next_line import print_next
     from sim_backend.device import Device
     from sim_backend.firmware import close_firmware, run_firmware
     from sim_backend.server import DeviceServer, LockstepServer, join_bus, open_outlet

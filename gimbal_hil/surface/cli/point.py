@@ -303,7 +303,8 @@ def _tell(judged: _Judged, beyond_rad: float, folder: Path, run: Path | None, as
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO
     from gimbal_hil.pointing.following import HeldTarget, held_trace, pointing_figures, summary, write_page
-    from gimbal_hil.surface.cli.following import after_point, print_next
+    from gimbal_hil.surface.cli.following import after_point
+    from gimbal_hil.surface.cli.next_line import print_next
 
     trace = held_trace(
         judged.log, judged.target, judged.first_row_tick, judged.span, judged.changes, judged.truth, judged.looks
@@ -338,7 +339,8 @@ def _stow(run: Path, as_json: bool) -> int:
 
     from firmware_protocol.errors import EXIT_DONE
     from gimbal_hil.pointing.following import PointingDaemon
-    from gimbal_hil.surface.cli.following import after_stow, print_next
+    from gimbal_hil.surface.cli.following import after_stow
+    from gimbal_hil.surface.cli.next_line import print_next
 
     daemon = PointingDaemon(run)
     try:

@@ -10,7 +10,7 @@ import typer
 
 from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
 from gimbal_hil.surface.cli.completion import model_names
-from gimbal_hil.surface.cli.following import command_line, print_next
+from gimbal_hil.surface.cli.next_line import command_line, print_next
 
 
 def command(

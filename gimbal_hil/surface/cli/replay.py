@@ -55,7 +55,8 @@ def command(
     from gimbal_hil.data.runs import open_run
     from gimbal_hil.data.runs import update as make_reference
     from gimbal_hil.pages.report import Case, write_junit
-    from gimbal_hil.surface.cli.following import after_replay, print_next
+    from gimbal_hil.surface.cli.following import after_replay
+    from gimbal_hil.surface.cli.next_line import print_next
 
     if out is not None:
         require_new(out, force, ANSWER_FILE)

@@ -69,7 +69,7 @@ def _list(given: Path | None, as_json: bool) -> None:
     import json
 
     from gimbal_hil.data.catalogue import find_runs, summary_of
-    from gimbal_hil.surface.cli.following import command_line, print_next
+    from gimbal_hil.surface.cli.next_line import command_line, print_next
 
     folder = given or Path("runs")
     # whoever names no folder need not have one yet
@@ -96,7 +96,7 @@ def _show(folder: Path, as_json: bool) -> bool:
     from gimbal_hil.data.catalogue import measures_of, summary_of
     from gimbal_hil.data.runs import EventKind, damage_of, open_run
     from gimbal_hil.data.signals import signals_of_run
-    from gimbal_hil.surface.cli.following import command_line, print_next
+    from gimbal_hil.surface.cli.next_line import command_line, print_next
 
     run, line = open_run(folder), summary_of(folder)
     damage = [f"damaged: {found.in_words()}" for found in damage_of(run)]
@@ -146,7 +146,7 @@ def _compare(first: Path, second: Path, out: Path | None, tolerance: float | Non
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO
     from gimbal_hil.data.catalogue import compare, comparison_headline, comparison_page
     from gimbal_hil.data.runs import open_run
-    from gimbal_hil.surface.cli.following import command_line, print_next
+    from gimbal_hil.surface.cli.next_line import command_line, print_next
 
     if out is not None:
         require_new(out, force, REPORT_FILE, ANSWER_FILE)

@@ -45,7 +45,7 @@ def command(
     real-time limits and few rights), a container file, a Grafana dashboard for /metrics, or man pages.
     """
     from firmware_protocol.errors import EXIT_DONE, BadInputError
-    from gimbal_hil.surface.cli.following import print_next
+    from gimbal_hil.surface.cli.next_line import print_next
 
     if action is ServiceAction.INSTALL:
         files, following = _unit(config, out, runs, user, page, watchdog)
@@ -76,7 +76,7 @@ def _unit(
 
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.loop.settings import load_settings
-    from gimbal_hil.surface.cli.following import command_line
+    from gimbal_hil.surface.cli.next_line import command_line
     from gimbal_hil.surface.deployment import UNIT_NAME, UnitChoice, unit_text
 
     if config is None:

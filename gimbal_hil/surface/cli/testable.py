@@ -33,7 +33,8 @@ def command(
     import json
 
     from firmware_protocol.errors import EXIT_DONE
-    from gimbal_hil.surface.cli.following import command_line, print_next
+    from gimbal_hil.surface.cli.following_logs import after_testable
+    from gimbal_hil.surface.cli.next_line import print_next
     from gimbal_hil.surface.library import foresee
 
     found = foresee(plan, model, config, short=short)
@@ -41,7 +42,7 @@ def command(
         print(json.dumps(as_document(found), allow_nan=False))
         return EXIT_DONE
     print("\n".join(_lines(found)))
-    print_next(command_line("experiment", plan, config=config, model=model) + (" --short" if short else ""))
+    print_next(after_testable(plan, model, config, short))
     return EXIT_DONE
 
 

@@ -71,7 +71,8 @@ def command(
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
     from gimbal_hil.knowledge.tuning import Aim, NoMarginError, assumed_numbers, caution, tuned
     from gimbal_hil.loop.settings import load_settings
-    from gimbal_hil.surface.cli.following import after_tune, print_next
+    from gimbal_hil.surface.cli.following import after_tune
+    from gimbal_hil.surface.cli.next_line import print_next
     from sim_backend.model import ModelKind, model_named
 
     _require_asked(margin, aim)

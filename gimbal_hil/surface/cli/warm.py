@@ -19,7 +19,7 @@ def command(
 
     from firmware_protocol.errors import EXIT_DONE
     from firmware_protocol.kernel_cache import cache_directory
-    from gimbal_hil.surface.cli.following import print_next
+    from gimbal_hil.surface.cli.next_line import print_next
     from gimbal_hil.surface.cli.progress import ProgressBar
     from gimbal_hil.surface.warming import KERNELS
 

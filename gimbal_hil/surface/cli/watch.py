@@ -46,7 +46,8 @@ def command(
 
     from firmware_protocol.errors import EXIT_DONE, LinkError
     from gimbal_hil.realtime.operator import OperatorClient
-    from gimbal_hil.surface.cli.following import after_daemon, print_next
+    from gimbal_hil.surface.cli.following import after_daemon
+    from gimbal_hil.surface.cli.next_line import print_next
     from gimbal_hil.surface.cli.operate import daemon_run
 
     folder = daemon_run(run)
