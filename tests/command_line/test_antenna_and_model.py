@@ -7,11 +7,13 @@ from __future__ import annotations
 import shlex
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
 from gimbal_hil.data.runs import RunWriter
+from gimbal_hil.knowledge.discrepancy import Kind, refusal
+from gimbal_hil.surface.cli.discrepancy import AskedLogs, with_all_effects_next
 from gimbal_hil.surface.cli.following_logs import (
     after_discrepancy,
     after_experiment,
@@ -19,7 +21,9 @@ from gimbal_hil.surface.cli.following_logs import (
     after_improve,
     after_testable,
 )
+from gimbal_hil.surface.cli.log_options import LogOptions, SearchOptions
 from gimbal_hil.surface.cli.origin import LogOrigin, origin_of
+from gimbal_hil.surface.library import Finding
 from tests.runs.synthetic import HEADER
 
 OPEN: dict[str, Any] = {"effects": [], "alternatives": [], "where": [], "next_experiment": None}
@@ -102,6 +106,21 @@ def test_files_of_an_antenna_that_nothing_here_moves_move_no_other() -> None:
     assert found == (
         "gimbal-hil discrepancy --model id/model.yaml --measured a.csv --measured b.csv --column time_s=t --out verdict"
     )
+
+
+@pytest.mark.parametrize("axes", [1, 2])
+def test_where_some_effects_alone_were_searched_the_same_logs_are_searched_for_all(axes: int) -> None:
+    verdict = replace(refusal("-"), kind=Kind.UNEXPLAINED, next_experiment={"plan": "first", "separates": []})
+    finding = Finding(verdict, cast(Any, None))
+    asked = AskedLogs(measured=[Path("a.csv")], out=Path("verdict"), holdout=[Path("b.csv")], model="m.yaml")
+    reading = LogOptions(column=["time_s=t:ms"], rate=500.0)
+    told = with_all_effects_next(finding, asked, reading, SearchOptions(only=["cogging"], band=12.5))
+    line = after_discrepancy(told.verdict.document, "m.yaml", axes, asked.out, asked.logs)
+    assert line == (
+        "gimbal-hil discrepancy --model m.yaml --measured a.csv --holdout b.csv --column time_s=t:ms --rate 500 "
+        "--band 12.5 --out verdict_of_all"
+    )
+    assert with_all_effects_next(finding, asked, reading, SearchOptions()) is finding
 
 
 def test_a_run_that_was_foreseen_for_a_configuration_is_run_on_its_antenna() -> None:

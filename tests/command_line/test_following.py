@@ -16,11 +16,14 @@ import typer.main
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.surface.checking import Checked, FileKind, check_files
 from gimbal_hil.surface.cli import following, following_logs, next_line
+from gimbal_hil.surface.cli.changed import ComparedLogs
 from gimbal_hil.surface.cli.commands import COMMANDS, function_of
 from gimbal_hil.surface.cli.completion import whole_app
+from gimbal_hil.surface.cli.log_options import LogOptions, SearchOptions
 
 OPEN: dict[str, Any] = {"effects": [{"name": "cogging"}], "alternatives": [], "where": [], "next_experiment": None}
 HERE = Path("runs/one")
+COMPARED = ComparedLogs([Path("a.csv")], [Path("b.csv")], Path("out/changed"), "m.yaml")
 
 
 def checked(name: str, kind: FileKind, moves: bool = True, fault: bool = False) -> Checked:
@@ -62,8 +65,15 @@ LINES = [
     following_logs.after_testable("survey", "m.yaml", None, True),
     following_logs.after_testable("survey", "m.yaml", Path("c.yaml"), False),
     following.after_joint("elbow", 0.41, Path("elbow.csv")),
-    following_logs.after_changed(OPEN, Path("out/changed")),
-    following_logs.after_changed(OPEN | {"effects": []}, Path("out/changed")),
+    *(
+        following_logs.after_changed(found, COMPARED, LogOptions(["a.b=c"], rate=500.0), search, axes)
+        for found in (
+            OPEN | {"verdict": "changed"},
+            *(OPEN | {"effects": [], "verdict": kind} for kind in ("no_change", "cannot_judge", "ambiguous")),
+        )
+        for search in (SearchOptions(), SearchOptions(only=["cogging"]))
+        for axes in (1, 2)
+    ),
     following_logs.after_improve(Path("better"), None, True),
     following_logs.after_improve(Path("better"), Path("c.yaml"), False),
     following_logs.after_improve(Path("better"), None, True, None, ["viscous"]),
@@ -79,7 +89,8 @@ LINES = [
     following.after_effects("cogging", "full_turn"),
     following.after_doctor(None, False),
     following.after_doctor(Path("c.yaml"), True),
-    following.after_doctor(Path("c.yaml"), False, True),
+    following.after_doctor(Path("c.yaml"), False, True, True),
+    following.after_doctor(Path("c.yaml"), True, False),
 ]
 
 
@@ -178,6 +189,35 @@ def test_an_open_verdict_proposes_the_motion_that_was_made_for_it(verdict: str, 
     made.write_text("", encoding="utf-8")
     line = following_logs.after_discrepancy(found, None, 2, tmp_path / "v", (), made)
     assert line == f"gimbal-hil experiment {made} --out {tmp_path / 'settle'}"
+
+
+def test_logs_of_which_some_effects_alone_were_searched_are_compared_again() -> None:
+    nothing, search = OPEN | {"effects": [], "verdict": "cannot_judge"}, SearchOptions(only=["cogging"])
+    assert following_logs.after_changed(nothing, COMPARED, LogOptions(), search, 1) == (
+        "gimbal-hil changed --model m.yaml --before a.csv --after b.csv --out out/changed_of_all"
+    )
+    whole = following_logs.after_changed(nothing, COMPARED, LogOptions(), SearchOptions(), 1)
+    assert whole == "gimbal-hil discrepancy --model m.yaml --measured a.csv --out out/verdict"
+    assert " experiment survey " in following_logs.after_changed(nothing, COMPARED, LogOptions(), SearchOptions(), 2)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "expected"),
+    [("described", "check v/model.yaml"), ("no_discrepancy", "check m.yaml"), ("cannot_judge", "check m.yaml"),
+     ("unexplained", "effects")],
+)  # fmt: skip
+def test_on_one_axis_a_verdict_without_a_name_leads_to_the_model_it_is_of(verdict: str, expected: str) -> None:
+    nameless = OPEN | {"effects": [], "verdict": verdict}
+    assert following_logs.after_discrepancy(nameless, "m.yaml", 1, Path("v")) == f"gimbal-hil {expected}"
+
+
+def test_an_antenna_that_does_not_answer_is_rehearsed_or_looked_for_again(tmp_path: Path) -> None:
+    config = tmp_path / "antenna.yaml"
+    assert following.after_doctor(config, True, False) == f"gimbal-hil doctor --config {config}"
+    rehearsal = tmp_path / "rehearsal.yaml"
+    rehearsal.write_text("", encoding="utf-8")
+    assert following.after_doctor(config, False, False).startswith(f"gimbal-hil experiment step --config {rehearsal} ")
+    assert "--lockstep" in following.after_doctor(config, False)
 
 
 def test_names_with_blanks_are_quoted_as_a_shell_wants_them() -> None:

@@ -43,6 +43,21 @@ def test_doctor_for_people_ends_with_the_verdict_and_the_next_command(capsys: py
     assert following.startswith("next: gimbal-hil daemon ")
 
 
+def test_the_verdict_tells_the_machine_from_what_is_at_its_link(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    document = yaml.safe_load(shipped_settings_path().read_text())
+    document["link"] = {"kind": "serial", "port": str(tmp_path / "nothing")}
+    config = tmp_path / "antenna.yaml"
+    config.write_text(yaml.safe_dump(document))
+    assert run_command("doctor", ["--seconds", "0.3", "--config", str(config)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    (verdict,) = (line for line in lines if line.startswith("verdict: "))
+    machine = " can hold the rate, but " if "no such port" in lines[lines.index(verdict) + 1] else " relied on, and "
+    assert machine in verdict and verdict.endswith("the antenna does not answer as it should")
+    assert lines[-1] == f"next: gimbal-hil doctor --config {config}"
+
+
 def test_an_antenna_that_answers_is_told_from_a_port_that_is_open_and_silent(tmp_path: Path) -> None:
     from firmware_protocol.links import pty_link
 

@@ -90,9 +90,11 @@ def answer_of(comparison: MachineComparison) -> tuple[list[str], str]:
             [],
             f"Something without a name changed: the model that fits the logs before leaves {size} in those after.",
         )
+    asked = comparison.result.request
+    rest = " Not all effects were searched: without --only and --without they may tell." if asked.limited else ""
     return [], (
         f"These logs cannot tell: the model that fits those before leaves {size} in those after, and those before "
-        f"{worst.before:.1f}; what is missing may be missing in both."
+        f"{worst.before:.1f}; what is missing may be missing in both.{rest}"
     )
 
 

@@ -52,10 +52,21 @@ def command(
     The model is fitted to the logs before; what it then lacks for the logs after is searched, and each cause is put to
     the logs before: only one that they speak against is a change (docs/reference/changed.md).
     """
+    import json
+
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
+    from gimbal_hil.surface.cli.following_logs import after_changed
+    from gimbal_hil.surface.cli.next_line import print_next
+
     fails = _verdicts(fail_on)
     require_new(asked.out, force, ANSWER_FILE, MODEL_FILE, REPORT_FILE)
     found = _compared(asked, reading.reading(), search.scope(), workers, as_json)
-    return _told(found, asked.out, fails, as_json)
+    if as_json:
+        print(json.dumps(found.document, allow_nan=False))
+    else:
+        print("\n".join(_lines(found, asked.out)))
+        print_next(after_changed(found.document, asked, reading, search, len(found.model.axes)))
+    return EXIT_NO if found.kind.value in fails else EXIT_DONE
 
 
 def _compared(asked: ComparedLogs, reading: LogReading, scope: SearchScope, workers: int, quiet: bool) -> Changes:
@@ -73,22 +84,6 @@ def _compared(asked: ComparedLogs, reading: LogReading, scope: SearchScope, work
         found = changes_between(given, asked.before, asked.after, reading, scope, workers=workers, progress=tell)
         _write(asked.out, found)
     return found
-
-
-def _told(found: Changes, out: Path, fails: frozenset[str], as_json: bool) -> int:
-    """The answer on the terminal; the exit code."""
-    import json
-
-    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
-    from gimbal_hil.surface.cli.following_logs import after_changed
-    from gimbal_hil.surface.cli.next_line import print_next
-
-    if as_json:
-        print(json.dumps(found.document, allow_nan=False))
-    else:
-        print("\n".join(_lines(found, out)))
-        print_next(after_changed(found.document, out))
-    return EXIT_NO if found.kind.value in fails else EXIT_DONE
 
 
 def _verdicts(text: str) -> frozenset[str]:

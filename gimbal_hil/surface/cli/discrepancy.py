@@ -110,6 +110,7 @@ def command(
         with _refusal_kept(asked.out, answer.junit, as_json):
             question = question_of(given, asked.measured, asked.holdout or (), reading.reading(), search.scope())
             finding = question.asked(workers=effort.workers, dask=effort.dask, progress=tell)
+            finding = with_all_effects_next(finding, asked, reading, search)
         tell("writing the report")
         _write(asked.out, finding)
         if answer.write_effect:
@@ -244,6 +245,23 @@ def _assumed_words(numbers: list[tuple[str, str]], axes: int, moved_in: Path | N
         f"{said}: assumed, which counts as known to 50 %, and an error within that is no gap. {measure} beside what "
         f"you know better how well (uncertainty: 5%).{moved}"
     )
+
+
+def with_all_effects_next(finding: Finding, asked: AskedLogs, reading: LogOptions, search: SearchOptions) -> Finding:
+    """Where nothing that was searched explains the logs, and not all was: with the command that searches all."""
+    from dataclasses import replace
+
+    from gimbal_hil.knowledge.discrepancy import Kind
+    from gimbal_hil.surface.cli.next_line import command_line, free_path
+
+    planned = finding.verdict.next_experiment
+    if not search.limited or planned is None or finding.kind not in (Kind.UNEXPLAINED, Kind.DESCRIBED):
+        return finding
+    logs = {"measured": asked.measured, "holdout": asked.holdout, "column": reading.column}
+    # the answer to this call is about to stand in --out
+    out = free_path(asked.out.with_name(f"{asked.out.name}_of_all"))
+    command = command_line("discrepancy", model=asked.model, **logs, **reading.repairs, **search.of_all, out=out)
+    return replace(finding, verdict=replace(finding.verdict, next_experiment=planned | {"command": command}))
 
 
 def _verdicts(text: str) -> frozenset[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -54,8 +55,9 @@ def command(
     if as_json:
         print(json.dumps(answer))
     else:
-        print("\n".join([*_machine_lines(machine), *link.lines(), _verdict(holds, [*machine.reasons, *link.reasons])]))
-        print_next(after_doctor(config, holds, isinstance(settings.link, AdapterLinkConfig)))
+        print("\n".join([*_machine_lines(machine), *link.lines(), _verdict(machine.reasons, link.reasons)]))
+        others = isinstance(settings.link, AdapterLinkConfig)
+        print_next(after_doctor(config, machine.holds, link.good, others))
     return EXIT_DONE if holds else EXIT_NO
 
 
@@ -103,7 +105,9 @@ def _quantiles(summary: dict[str, float]) -> str:
     return f"p50 {summary['p50']:.0f} us, p99 {summary['p99']:.0f} us, at most {summary['max']:.0f} us"
 
 
-def _verdict(holds: bool, reasons: list[str]) -> str:
-    if holds:
-        return "verdict: this machine can hold the rate"
-    return "verdict: this machine cannot be relied on\n" + "\n".join(f"  - {reason}" for reason in reasons)
+def _verdict(machine: Sequence[str], link: Sequence[str]) -> str:
+    """The answer on the machine and on what is at its link, with what speaks against them."""
+    told = "this machine cannot be relied on" if machine else "this machine can hold the rate"
+    if link:
+        told += f", {'and' if machine else 'but'} the antenna does not answer as it should"
+    return "\n".join([f"verdict: {told}", *(f"  - {reason}" for reason in (*machine, *link))])

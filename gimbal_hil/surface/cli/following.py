@@ -15,6 +15,8 @@ from gimbal_hil.surface.cli.next_line import command_line, free_path
 if TYPE_CHECKING:
     from gimbal_hil.surface.checking import Checked
 
+#: what `init` writes beside the configuration of an antenna on a link
+REHEARSAL_FILE = "rehearsal.yaml"
 #: flights of a certificate
 _CERTIFICATE = 10_000
 
@@ -176,10 +178,16 @@ def after_stow(run: Path) -> str:
     return command_line("shut-down", run=run)
 
 
-def after_doctor(config: Path | None, holds: bool, drives_of_others: bool = False) -> str:
-    """The daemon, in virtual time where this machine cannot hold real time; drives of another make have clocks of their
-    own, so for them it is looked again.
+def after_doctor(config: Path | None, holds: bool, answers: bool = True, drives_of_others: bool = False) -> str:
+    """The daemon, in virtual time where this machine cannot hold real time. Where the antenna does not answer, the
+    rehearsal beside its configuration, or another look; drives of another make have clocks of their own, so for them it
+    is looked again.
     """
-    if drives_of_others and not holds:
+    if drives_of_others and not (holds and answers):
+        return command_line("doctor", config=config)
+    if not answers and config is not None:
+        rehearsal = config.with_name(REHEARSAL_FILE)
+        if rehearsal.exists():
+            return command_line("experiment", "step", config=rehearsal, out=free_path(Path("runs") / "step"))
         return command_line("doctor", config=config)
     return command_line("daemon", *([] if holds else ["--lockstep"]), config=config, duration=10)

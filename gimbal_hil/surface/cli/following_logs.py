@@ -17,6 +17,8 @@ from gimbal_hil.surface.cli.origin import LogOrigin, option_in, origin_of
 
 if TYPE_CHECKING:
     from gimbal_hil.data.runs import RunRecord
+    from gimbal_hil.surface.cli.changed import ComparedLogs
+    from gimbal_hil.surface.cli.log_options import LogOptions, SearchOptions
 
 #: word in the regime that holds most of the gap -> sequence that dwells there
 _DWELLS = (
@@ -237,17 +239,22 @@ def after_discrepancy(
     made: Path | None = None,
     assumed: Collection[str] = (),
 ) -> str:
-    """The run that decides what is open, `made` for it where that is there, else the first use of the model as it is
-    now; where nothing can be judged because numbers (names of effects) are `assumed`, friction or the model file; on a
-    single axis, which no experiment moves, what the catalogue says of the cause.
+    """The command that the verdict has; else the run that decides what is open, `made` for it where that is there, or
+    the first use of the model as it is now; where nothing can be judged because numbers (names of effects) are
+    `assumed`, friction or the model file; on a single axis, which no experiment moves, what the catalogue says of the
+    cause.
     """
     from gimbal_hil.knowledge.discrepancy import Kind
 
-    if axes == 1:
-        names = [entry["name"] for entry in (*verdict["effects"], *verdict.get("alternatives", []))]
-        return command_line("effects", *names[:1])
+    if command := (verdict.get("next_experiment") or {}).get("command"):
+        return str(command)
     found = Kind(verdict["verdict"])
     recalibrated = out / "model_recalibrated.yaml" if verdict.get("recalibrated") else None
+    use = out / "model.yaml" if found in (Kind.NAMED, Kind.DESCRIBED) else recalibrated or model
+    if axes == 1:
+        names = [entry["name"] for entry in (*verdict["effects"], *verdict.get("alternatives", []))]
+        is_open = found in (Kind.AMBIGUOUS, Kind.UNEXPLAINED)
+        return command_line("effects", *names[:1]) if names or is_open else command_line("check", use)
     if found in (Kind.AMBIGUOUS, Kind.CANNOT_JUDGE) and made is not None and made.exists():
         return _experiment(str(made), origin_of(logs), model, out.parent / made.stem)
     if found in (Kind.AMBIGUOUS, Kind.UNEXPLAINED):
@@ -259,14 +266,33 @@ def after_discrepancy(
             return command_line("check", recalibrated or model)
         name = "sliding" if assumed else "survey"
         return _experiment(name, origin_of(logs), model, out.parent / name)
-    use = out / "model.yaml" if found in (Kind.NAMED, Kind.DESCRIBED) else recalibrated or model
     return _with_model(use, origin_of(logs), out.parent)
 
 
-def after_changed(document: Json, out: Path) -> str:
-    """What the catalogue says of the cause that changed, else what the model of the machine before holds."""
-    names = [entry["name"] for entry in document["effects"]]
-    return command_line("effects", *names[:1]) if names else command_line("check", out / "model_before.yaml")
+def after_changed(document: Json, asked: ComparedLogs, reading: LogOptions, search: SearchOptions, axes: int) -> str:
+    """What the catalogue says of the cause that changed, else what the model of the machine before holds. Where nothing
+    has a name: the same with all effects, then what the machine of the logs after lacks; where nothing can be judged, a
+    survey, or the logs before on a single axis and where nothing here moves the antenna.
+    """
+    from gimbal_hil.knowledge.change import ChangeKind
+
+    out, read = asked.out, {"column": reading.column, **reading.repairs}
+    names, kind = [entry["name"] for entry in document["effects"]], ChangeKind(document["verdict"])
+    if names:
+        return command_line("effects", *names[:1])
+    if kind is ChangeKind.NO_CHANGE:
+        return command_line("check", out / "model_before.yaml")
+    if search.limited:
+        whole = free_path(out.with_name(f"{out.name}_of_all"))
+        logs = {"before": asked.before, "after": asked.after}
+        return command_line("changed", model=asked.model, **logs, **read, **search.of_all, out=whole)
+    verdict = free_path(out.with_name("verdict"))
+    if kind is ChangeKind.AMBIGUOUS:
+        return command_line("discrepancy", model=out / "model_before.yaml", measured=asked.after, **read, out=verdict)
+    origin = origin_of(asked.after)
+    if axes == 1 or origin.elsewhere:
+        return command_line("discrepancy", model=asked.model, measured=asked.before, **read, out=verdict)
+    return _experiment("survey", origin, asked.model, out.with_name("survey"))
 
 
 def _deciding(verdict: Json, logs: Sequence[Path]) -> str:

@@ -69,6 +69,16 @@ class SearchOptions:
         None
     )
 
+    @property
+    def limited(self) -> bool:
+        """Whether some effects alone are searched."""
+        return bool(self.only or self.without)
+
+    @property
+    def of_all(self) -> dict[str, object]:
+        """The other options, for a command that searches all."""
+        return {"band": None if self.band is None else f"{self.band:g}"}
+
     def scope(self) -> SearchScope:
         """The same for the search."""
         from gimbal_hil.surface.library import SearchScope

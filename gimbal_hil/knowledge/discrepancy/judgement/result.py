@@ -28,6 +28,11 @@ class Request:
     without: tuple[str, ...] = ()
     policy: Policy = field(default_factory=Policy)
 
+    @property
+    def limited(self) -> bool:
+        """Whether some effects alone are searched."""
+        return bool(self.only or self.without)
+
 
 @dataclass(frozen=True)
 class Result:

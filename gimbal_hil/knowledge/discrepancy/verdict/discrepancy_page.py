@@ -118,7 +118,7 @@ def _answer(result: Result, found: Verdict, gap: Gap) -> list[Block]:
     closed = [(share, f"of the gap closed {_judged_on(result)}")] if explained(result) else []
     return [
         _said(found),
-        *([Callout(f"Run this next: {planned['plan']}.", "neutral")] if planned else []),
+        *([Callout(f"Run this next: {planned['plan']}.\n{planned.get('command', '')}".strip())] if planned else []),
         *(Callout(f"{against['axis']}: {against['text']}.", "warning") for against in verdict["contradictions"]),
         Tiles(
             (

@@ -285,7 +285,7 @@ def _separating(one: Told, suspected_only: bool) -> Json | None:
 
 def _run_for(result: Result, worst: int) -> Json:
     """For what nothing explains: a run that shows best what it hangs on."""
-    if result.request.only or result.request.without:
+    if result.request.limited:
         return {"plan": "first the same logs without --only and --without: they may show what it is", "separates": []}
     over, found = result.decision.depends_on, where_of(result, worst)
     group = found[0].group if found else RegimeGroup.SPEED
