@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.data.catalogue.comparison import difference_of
+from gimbal_hil.data.catalogue.comparison import _change_in_words, difference_of
 from gimbal_hil.data.runs import Event, EventKind
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.surface.cli import app
+from gimbal_hil.surface.cli.following_logs import after_compare
 from gimbal_hil.surface.cli.runs import _told_events
 from tests.runs.synthetic import CONFIGURATION, HEADER, record_run
 
@@ -84,12 +85,75 @@ def test_two_runs_are_compared_by_figures_and_settings_and_drawn_over_each_other
     assert (ticks["first"], ticks["second"]) == (1200, 1600)
     assert json.loads((out / "comparison.json").read_text()) == found
     assert app.run("runs", ["compare", str(runs / "first"), str(runs / "other")]) == 0
-    assert capsys.readouterr().out.startswith("The runs differ in configuration.gains.kp (2.5e-05, then 3.5e-05). ")
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith("Torque rms of outer ")
+    assert said[1] == "Set otherwise: gains.kp (2.5e-05, then 3.5e-05)."
     page = (out / "report.html").read_text()
+    assert page.index(">Figures</h2>") < page.index("outer: both runs from their first row on")
     assert "outer: both runs from their first row on" in page and "configuration.gains.kp" in page
     with pytest.raises(SystemExit) as end:
         app.run("runs", ["compare", str(runs / "first"), str(runs / "other"), "--out", str(out)])
     assert end.value.code == 2
+
+
+def number(value: float, unit: str, source: str) -> dict[str, object]:
+    return {"value": value, "unit": unit, "source": source}
+
+
+def test_models_are_told_apart_in_words_and_every_key_is_kept_for_programs(
+    runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    effects = [
+        {"name": "transport_delay", "axis": axis, "delay": number(0.002, "s", "assumed")} for axis in ("outer", "inner")
+    ]
+    ripple = {"name": "cogging", "axis": "outer", "amplitude": number(0.1, "N m", "measured")}
+    more = ripple | {"amplitude": number(0.2, "N m", "guessed")}
+    ours = {"name": "plain", "text": "long words", "effects": [ripple]}
+    theirs = {"name": "rich", "text": "other words", "effects": [*effects, more], "mass": number(2.0, "kg", "scale")}
+    for name, model, seed in (("plain", ours, 1), ("rich", theirs, 7)):
+        record_run(runs / name, 1200, header=replace(HEADER, model=model, seed=seed))
+    assert app.run("runs", ["compare", str(runs / "plain"), str(runs / "rich"), "--out", str(tmp_path / "c")]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[:2] == [
+        "No figure differs.",
+        "Set otherwise: model (plain, then rich: 2 effects more, 2 other numbers); seed (1, then 7).",
+    ]
+    rows = [line for line in said if " | " in line]
+    assert rows == [
+        "model.effects: - | 2 effects more: transport_delay (outer, inner)",
+        "model.effects.cogging of outer.amplitude: 0.1 N m | 0.2 N m",
+        "model.mass: - | 2 kg",
+        "model.name: plain | rich",
+        "seed: 1 | 7",
+    ]
+    assert (
+        said[-1]
+        == f"next: gimbal-hil changed --before {runs / 'plain'} --after {runs / 'rich'} --out {tmp_path}/changed"
+    )
+    page = (tmp_path / "c" / "report.html").read_text()
+    assert page.index("Both over each other</h2>") < page.index("model.effects.1.delay.source")
+    keys = [one["key"] for one in json.loads((tmp_path / "c" / "comparison.json").read_text())["settings"]]
+    assert "model.effects.1.delay.source" in keys
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [(3.99, 4.55, "torque at most of inner +14 % (3.99 to 4.55 N m)"),
+     (1.11e-3, 0.997e-3, "torque at most of inner -10 % (1.11 mN m to 997 µN m)"),
+     (2.0, 2.004, "torque at most of inner +0.2 % (2 to 2.004 N m)"),
+     (0.0, 0.5, "torque at most of inner new (0 to 0.5 N m)")],
+)  # fmt: skip
+def test_a_figure_that_changed_is_told_by_how_much_and_from_what(old: float, new: float, said: str) -> None:
+    assert _change_in_words("inner: torque at most", "N m", old, new) == said
+
+
+def test_two_motions_of_one_antenna_are_held_against_a_model_and_a_damaged_run_is_looked_at(runs: Path) -> None:
+    pair = [runs / name for name in ("survey", "survey_holdout")]
+    for run in pair:
+        record_run(run, 200, header=replace(HEADER, title=run.name))
+    line = after_compare(*pair, runs / "compared", True)
+    assert line == f"gimbal-hil discrepancy --measured {pair[0]} --holdout {pair[1]} --out {runs / 'verdict'}"
+    assert after_compare(*pair, runs / "compared", False) == f"gimbal-hil runs show {pair[1]}"
 
 
 def test_what_a_second_run_has_more_is_drawn_over_the_time_that_both_cover() -> None:

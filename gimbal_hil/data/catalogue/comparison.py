@@ -3,35 +3,53 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import GimbalHilError
+from gimbal_hil.data.catalogue.differences import ABSENT, EFFECTS, Rows, differences, keys_that_differ
 from gimbal_hil.data.catalogue.summary import Measure, measures_of
 from gimbal_hil.data.runs import RecordedRun, damage_of
 from gimbal_hil.data.signals import SignalsTable, signals_of_run, unit_of
-from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, Text, quantity, scaled_unit
+from gimbal_hil.pages.report import (
+    Block,
+    Callout,
+    Details,
+    Heading,
+    Page,
+    Plot,
+    Table,
+    Text,
+    counted,
+    quantity,
+    scaled_unit,
+)
 
 Floats = NDArray[np.float64]
 
-_ABSENT = "-"
 #: settings that differ, by name in the headline; the table has all
 _MOST_TOLD = 2
+#: figures in the headline, and the change below which a further one is not told
+_MOST_FIGURES, _WORTH_TELLING = 3, 0.01
+_IN_WORDS = {"seed": "seed", "title": "sequence", "axes": "axes", "software": "version"}
+#: the first run, drawn wide below the second
+_PALE = "#8fc1d4"
 _DRAWN = ("position", "rate", "torque")
 
 
 @dataclass(frozen=True)
 class Comparison:
     """`measures`: (name, unit, value of the first, of the second; None where it has none). `settings`: (key, value,
-    value) of what differs. `notes`: why a run could not be made a table, or is not as recorded (`sound`: both are).
+    value) of what differs, `differences` the same as a person reads it. `notes`: why a run could not be made a table,
+    or is not as recorded (`sound`: both are).
     """
 
     names: tuple[str, str]
     measures: tuple[tuple[str, str, float | None, float | None], ...]
-    settings: tuple[tuple[str, str, str], ...]
+    settings: Rows
+    differences: Rows
     tables: tuple[SignalsTable | None, SignalsTable | None]
     notes: tuple[str, ...]
     sound: bool
@@ -89,56 +107,96 @@ def compare(first: RecordedRun, second: RecordedRun) -> Comparison:
         for name in dict.fromkeys([*ours, *theirs])
     )
     names = (str(first.folder), str(second.folder))
-    return Comparison(names, measures, _differences(first, second), (tables[0], tables[1]), tuple(notes), sound)
+    settings, readable = keys_that_differ(first, second), differences(first, second)
+    return Comparison(names, measures, settings, readable, (tables[0], tables[1]), tuple(notes), sound)
 
 
 def comparison_page(found: Comparison, tolerance: float | None = None) -> Page:
-    """The report: figures, differences, and every signal of both over each other; with a tolerance its answer first."""
+    """The report: what changed most, figures, what is set otherwise, every signal of both over each other, and the keys
+    of all that differs; with a tolerance its answer first.
+    """
     first, second = found.names
-    count = len(found.settings)
     lead = comparison_headline(found)
-    lead = lead if found.sound else f"Not both are what was recorded: this is of the rest. {lead}"
     blocks: list[Block] = []
     if tolerance is not None:
         said = found.within(tolerance)
         blocks.append(Callout(f"{said[:1].upper()}{said[1:]}.", "bad" if found.apart(tolerance) else "good"))
-    blocks.append(Callout(lead))
-    blocks += [*(Text(note) for note in found.notes), *_overlays(found), Heading("Figures")]
+    blocks.append(Callout(lead if found.sound else f"Not both are what was recorded: this is of the rest.\n{lead}"))
+    blocks += [*(Text(note) for note in found.notes), Heading("Figures")]
     rows = [[name, unit, _shown(a), _shown(b), _change(a, b)] for name, unit, a, b in found.measures]
     blocks.append(Table(["", "unit", first, second, "change"], rows, "Following errors where a loop was closed."))
-    blocks += [Heading("What differs in configuration and model")]
-    blocks.append(Table(["key", first, second], [list(row) for row in found.settings]) if count else Text("Nothing."))
+    blocks.append(Heading("What differs in configuration and model"))
+    settings = [list(row) for row in found.differences]
+    blocks.append(Table(["", first, second], settings) if settings else Text("Nothing."))
+    blocks += [Heading("Both over each other"), *_overlays(found)]
+    if found.settings:
+        keys = Table(["key", first, second], [list(row) for row in found.settings])
+        blocks.append(Details("Every key that differs", [keys]))
     return Page("Two runs compared", f"gimbal-hil runs compare {first} {second}", blocks)
 
 
 def comparison_headline(found: Comparison) -> str:
-    """Which settings differ, and the figure that changed most."""
-    settings = found.settings
-    if not settings:
-        return f"Configuration, model and seed are the same. {_largest_change(found)}"
-    told = ", ".join(f"{key} ({first}, then {second})" for key, first, second in settings[:_MOST_TOLD])
-    more = len(settings) - _MOST_TOLD
-    return f"The runs differ in {told}{f' and {more} more' if more > 0 else ''}. {_largest_change(found)}"
+    """The figures that changed most, and on the next line what is set otherwise."""
+    return f"{_largest_changes(found)}.\n{_set_otherwise(found)}."
 
 
-def _largest_change(found: Comparison) -> str:
-    """The figure of both that changed most against its size; what came from nothing changed most of all. How long a run
-    is says nothing about the antenna.
+def _set_otherwise(found: Comparison) -> str:
+    """What differs in model, seed and configuration, in a few words."""
+    rows = {key: (one, two) for key, one, two in found.differences}
+    if not rows:
+        return "Configuration, model and seed are the same" if not found.settings else "The models say it otherwise"
+    told = []
+    if any(key.startswith("model.") for key in rows):
+        numbers = [key for key in rows if key.startswith("model.") and key not in ("model.name", EFFECTS)]
+        names = ", then ".join(rows.get("model.name", ()))
+        more = [words.partition(":")[0] for words in rows.get(EFFECTS, ()) if words != ABSENT]
+        more += [counted(len(numbers), "number" if not more else "other number")] if numbers else []
+        told.append(f"model ({': '.join(filter(None, (names, ', '.join(more))))})")
+    told += [f"{words} {_pair(rows[key])}" for key, words in _IN_WORDS.items() if key in rows]
+    rest = [key for key in rows if not key.startswith("model.") and key not in _IN_WORDS]
+    told += [f"{key.removeprefix('configuration.')} {_pair(rows[key])}" for key in rest[:_MOST_TOLD]]
+    told += [f"{len(rest) - _MOST_TOLD} settings more"] if len(rest) > _MOST_TOLD else []
+    return f"Set otherwise: {'; '.join(told)}"
+
+
+def _pair(values: tuple[str, str]) -> str:
+    return f"({values[0]}, then {values[1]})"
+
+
+def _largest_changes(found: Comparison) -> str:
+    """The figures of both that changed most against their size; what came from nothing changed most of all. How long a
+    run is says nothing about the antenna.
     """
     both = [
-        (name, unit, a, b)
+        (abs(b / a - 1.0) if a else math.inf, name, unit, a, b)
         for name, unit, a, b in found.measures
         if a is not None and b is not None and a != b and name != "ticks"
     ]
     if not both:
-        return "No figure differs."
-    name, unit, a, b = max(both, key=lambda row: abs(row[3] / row[2] - 1.0) if row[2] else math.inf)
+        return "No figure differs"
+    both.sort(key=lambda row: -row[0])
+    # the largest is told however small it is
+    told = [row for number, row in enumerate(both[:_MOST_FIGURES]) if number == 0 or row[0] > _WORTH_TELLING]
+    said = ", ".join(_change_in_words(*row[1:]) for row in told)
+    return f"{said[:1].upper()}{said[1:]}"
+
+
+def _change_in_words(name: str, unit: str, a: float, b: float) -> str:
+    axis, colon, what = name.partition(": ")
+    whose = f"{what} of {axis}" if colon else name
     old, new = (quantity(value, unit) if unit else f"{value:.6g}" for value in (a, b))
-    return f"Most changed: {name}, from {old} to {new}."
+    if old == new:
+        old, new = f"{a:.6g} {unit}".rstrip(), f"{b:.6g} {unit}".rstrip()
+    number, _, scaled = old.partition(" ")
+    if scaled and scaled == new.partition(" ")[2]:
+        old = number
+    share = 100.0 * (b - a) / abs(a) if a else math.inf
+    by = "new" if not a else f"{share:+.0f} %" if abs(share) >= 10.0 else f"{share:+.2g} %"
+    return f"{whose} {by} ({old} to {new})"
 
 
 def _overlays(found: Comparison) -> list[Block]:
-    from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, peaks_kept, stacked
+    from gimbal_hil.pages.plots import ALERT, MODEL, peaks_kept, stacked
 
     first, second = found.tables
     if first is None or second is None:
@@ -157,12 +215,16 @@ def _overlays(found: Comparison) -> list[Block]:
             f"[{unit}]" for name, (_, scaled) in zip(columns, scales, strict=True) for unit in (unit_of(name), scaled)
         ]
         drawn = stacked(titles, "time since the first row [s]", units, height_each=150)
-        for table, colour, label in ((first, MEASURED, found.names[0]), (second, MODEL, found.names[1])):
+        # the first is seen beside the second where both are the same
+        for table, colour, width, label in (
+            (first, _PALE, 5.0, found.names[0]),
+            (second, MODEL, 1.4, found.names[1]),
+        ):
             for place, name in enumerate(columns):
                 part = peaks_kept(table.columns[name], 1500)
                 drawn.add_scatter(
                     x=table.time_s[part], y=table.columns[name][part], name=label, legendgroup=label,
-                    showlegend=place == 0, line={"color": colour, "width": 1.2}, row=2 * place + 1,
+                    showlegend=place == 0, line={"color": colour, "width": width}, row=2 * place + 1,
                 )  # fmt: skip
         for place, ((time_s, off), (factor, _)) in enumerate(zip(apart, scales, strict=True)):
             part = peaks_kept(off, 1500)
@@ -181,50 +243,15 @@ def difference_of(first: SignalsTable, second: SignalsTable, name: str) -> tuple
     return time_s, np.interp(time_s, second.time_s, second.columns[name]) - first.columns[name][both]
 
 
-def _differences(first: RecordedRun, second: RecordedRun) -> tuple[tuple[str, str, str], ...]:
-    ours, theirs = (_flat(_told(run)) for run in (first, second))
-    keys = sorted(set(ours) | set(theirs))
-    rows = ((key, ours.get(key, _ABSENT), theirs.get(key, _ABSENT)) for key in keys)
-    return tuple(row for row in rows if row[1] != row[2])
-
-
-def _told(run: RecordedRun) -> dict[str, object]:
-    header = run.record.header
-    return {
-        "configuration": header.configuration,
-        "model": header.model,
-        "seed": header.seed,
-        "lockstep": header.lockstep,
-        "period_ns": header.period_ns,
-        "axes": list(header.axes),
-        "title": header.title,
-        "software": run.record.software.get("gimbal_hil"),
-    }
-
-
-def _flat(content: object, prefix: str = "") -> dict[str, str]:
-    """Every number and word by its dotted key; lists by their places."""
-    if isinstance(content, Mapping) and content:
-        pairs = content.items()
-    elif isinstance(content, list) and any(isinstance(one, Mapping | list) for one in content):
-        pairs = {str(place): one for place, one in enumerate(content)}.items()
-    else:
-        return {prefix: f"{content:.9g}" if isinstance(content, float) else str(content)}
-    found: dict[str, str] = {}
-    for key, value in pairs:
-        found |= _flat(value, f"{prefix}.{key}" if prefix else str(key))
-    return found
-
-
 def _value(measure: Measure | None) -> float | None:
     return None if measure is None else measure.value
 
 
 def _shown(value: float | None) -> str:
-    return _ABSENT if value is None else f"{value:.6g}"
+    return ABSENT if value is None else f"{value:.6g}"
 
 
 def _change(first: float | None, second: float | None) -> str:
     if first is None or second is None or first == second:
-        return "" if first == second else _ABSENT
+        return "" if first == second else ABSENT
     return f"{100.0 * (second - first) / abs(first):+.2f} %" if first else "new"

@@ -16,7 +16,6 @@ from gimbal_hil.surface.cli.next_line import command_line, free_path
 from gimbal_hil.surface.cli.origin import LogOrigin, option_in, origin_of
 
 if TYPE_CHECKING:
-    from gimbal_hil.data.runs import RunRecord
     from gimbal_hil.surface.cli.changed import ComparedLogs
     from gimbal_hil.surface.cli.log_options import LogOptions, SearchOptions
 
@@ -145,20 +144,25 @@ def _newest(log: str, folder: Path, like: Path) -> Path | None:
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.data.runs import read_header
 
-    def antenna(record: RunRecord) -> object:
-        header = record.header
-        return header.axes, header.model, header.configuration.get("link")
-
-    same = None
-    with suppress(BadInputError):
-        same = antenna(read_header(like))
+    same = _antenna(like)
     found = []
     for place in folder.iterdir() if folder.is_dir() else ():
         with suppress(BadInputError):
             record = read_header(place)
-            if record.header.title == log and same in (None, antenna(record)):
+            if record.header.title == log and same in (None, _antenna(place)):
                 found.append((record.started_utc, place))
     return max(found)[1] if found else None
+
+
+def _antenna(run: Path) -> object:
+    """What tells the antenna of a run from others; None where it is no run."""
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.data.runs import read_header
+
+    with suppress(BadInputError):
+        header = read_header(run).header
+        return header.axes, header.model, header.configuration.get("link")
+    return None
 
 
 def _has_rate_of(run: Path, other: Path) -> bool:
@@ -293,6 +297,25 @@ def after_changed(document: Json, asked: ComparedLogs, reading: LogOptions, sear
     if axes == 1 or origin.elsewhere:
         return command_line("discrepancy", model=asked.model, measured=asked.before, **read, out=verdict)
     return _experiment("survey", origin, asked.model, out.with_name("survey"))
+
+
+def after_compare(first: Path, second: Path, out: Path, sound: bool) -> str:
+    """Which number or effect it is that differs; of two motions of one antenna what a model lacks for them. Where a run
+    is not what was recorded, or has other axes, what that run was.
+    """
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.data.runs import read_header
+
+    if not sound or read_header(first).header.axes != read_header(second).header.axes:
+        return command_line("runs", "show", second)
+    model = None
+    with suppress(BadInputError):
+        model = _model_of(origin_of([first]))
+    if [_title(log) for log in (first, second)] == list(_SEARCHED) and _antenna(first) == _antenna(second):
+        return command_line(
+            "discrepancy", model=model, measured=first, holdout=second, out=free_path(out.with_name("verdict"))
+        )
+    return command_line("changed", model=model, before=first, after=second, out=free_path(out.with_name("changed")))
 
 
 def _deciding(verdict: Json, logs: Sequence[Path]) -> str:

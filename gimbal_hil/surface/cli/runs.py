@@ -146,6 +146,7 @@ def _compare(first: Path, second: Path, out: Path | None, tolerance: float | Non
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO
     from gimbal_hil.data.catalogue import compare, comparison_headline, comparison_page
     from gimbal_hil.data.runs import open_run
+    from gimbal_hil.surface.cli.following_logs import after_compare
     from gimbal_hil.surface.cli.next_line import command_line, print_next
 
     if out is not None:
@@ -170,8 +171,8 @@ def _compare(first: Path, second: Path, out: Path | None, tolerance: float | Non
     if out is None:
         print_next(command_line("runs", "compare", first, second, out="compared"))
     else:
-        print_next(command_line("replay", second))
         _say(f"report: {out / REPORT_FILE}")
+        print_next(after_compare(first, second, out, found.sound))
     return code
 
 
@@ -181,7 +182,7 @@ def _lines(found: Comparison) -> list[str]:
 
     lines = [f"{'':<36}{'first':>14}{'second':>14}"]
     lines += [f"{f'{name} {unit}':<36}{shown(a):>14}{shown(b):>14}" for name, unit, a, b in found.measures]
-    lines += [f"{key}: {a} | {b}" for key, a, b in found.settings]
+    lines += [f"{key}: {a} | {b}" for key, a, b in found.differences]
     lines += [f"note: {note}" for note in found.notes]
     return lines
 
