@@ -11,7 +11,7 @@ import pytest
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Policy, State
 from gimbal_hil.knowledge.discrepancy.judgement import beyond_noise, deciding
 from gimbal_hil.knowledge.discrepancy.laws import finding
-from gimbal_hil.knowledge.discrepancy.laws.finding import Described, _best, _explains
+from gimbal_hil.knowledge.discrepancy.laws.finding import Described, _best, _better, _explains
 from gimbal_hil.knowledge.discrepancy.laws.linear import Straight
 from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Channel
 
@@ -91,3 +91,24 @@ def test_laws_are_looked_for_only_where_more_is_left_than_friction_that_wanders(
     found = cast(Described, SimpleNamespace(inquiry=inquiry, state=null))
     assert list(_best(null, lacking, found, cast(Straight, None))) == []
     assert looked == [f"looking for a law of {axis}" for axis, one in zip(AXES, lacks, strict=True) if one]
+
+
+@pytest.mark.parametrize(
+    ("named", "laws", "better"),
+    [
+        # a saturation that is named leaves the floor, and so does a curve that draws the same
+        (0.974, 0.969, False),
+        (1.0, 0.9, False),
+        (3.0, 1.0, True),
+        (3.0, 2.0, False),
+    ],
+)
+def test_a_law_beside_names_that_leave_the_floor_is_no_better(
+    named: float, laws: float, better: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(finding, "surely_less", lambda *_: 1.0)
+    one, other = (
+        cast(State, SimpleNamespace(fitted=np.full((4, 1), floors), left=lambda floors=floors: np.array([floors])))
+        for floors in (named, laws)
+    )
+    assert _better(cast(Inquiry, None), one, other) is better

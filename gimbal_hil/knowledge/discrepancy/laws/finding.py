@@ -93,10 +93,12 @@ def described(
 
 
 def _better(inquiry: Inquiry, named: State, found: State) -> bool:
-    """Whether laws leave surely less than what names leave: a curve has more numbers than a name."""
-    was, now = (float(np.max(one.left())) for one in (named, found))
+    """Whether laws leave surely less than what names leave, or next to nothing of what that holds above the floor: a
+    curve has more numbers than a name, and where names leave the floor, it cannot be better by that.
+    """
+    was, now = (max(float(np.max(one.left())) ** 2 - 1.0, 0.0) for one in (named, found))
     unit = np.asarray(np.mean(named.fitted**2, axis=0))
-    return surely_less(inquiry, named, found, unit) > _SURE or now**2 - 1.0 < (1.0 - _NEARLY_ALL) * (was**2 - 1.0)
+    return surely_less(inquiry, named, found, unit) > _SURE or now < (1.0 - _NEARLY_ALL) * was
 
 
 def _explains(null: State, found: Described) -> bool:
