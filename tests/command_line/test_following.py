@@ -87,6 +87,9 @@ LINES = [
     following.after_drive_tables(Path("m.yaml"), Path("c.yaml"), Path("tables"), True),
     following.after_effects(None, None),
     following.after_effects("cogging", "full_turn"),
+    following.after_bench("speed", True, 9, None, None),
+    following.after_bench("speed", True, 27, Path("b"), None),
+    following.after_bench("pointing", False, 9, None, Path("c.yaml")),
     following.after_doctor(None, False),
     following.after_doctor(Path("c.yaml"), True),
     following.after_doctor(Path("c.yaml"), False, True, True),
@@ -218,6 +221,14 @@ def test_an_antenna_that_does_not_answer_is_rehearsed_or_looked_for_again(tmp_pa
     rehearsal.write_text("", encoding="utf-8")
     assert following.after_doctor(config, False, False).startswith(f"gimbal-hil experiment step --config {rehearsal} ")
     assert "--lockstep" in following.after_doctor(config, False)
+
+
+def test_a_target_of_speed_that_was_missed_is_measured_with_more_pairs_and_not_looked_for_in_the_machine() -> None:
+    assert following.after_bench("speed", True, 9, None, None) == "gimbal-hil bench speed --repeats 27 --out bench"
+    assert following.after_bench("speed", True, 9, Path("b"), None).endswith(" --out b --force")
+    assert following.after_bench("speed", True, 27, None, None) == "gimbal-hil bench realtime"
+    for what, missed in (("speed", False), ("realtime", True)):
+        assert following.after_bench(what, missed, 9, None, None) == "gimbal-hil doctor"
 
 
 def test_names_with_blanks_are_quoted_as_a_shell_wants_them() -> None:

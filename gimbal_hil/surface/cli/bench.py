@@ -115,16 +115,18 @@ def command(
         arena.controller or [], arena.antenna or [], arena.scenario or [], arena.seeds, options.workers, arena.wrong
     )
     measured = pointing(choice) if what == "pointing" else _MEASURING[what](options)
-    return _answer(what, measured, options.page, options.as_json)
+    return _answer(what, measured, options)
 
 
-def _answer(what: str, measured: BenchFindings, page: Path | None, as_json: bool) -> int:
+def _answer(what: str, measured: BenchFindings, options: BenchOptions) -> int:
     import json
     import sys
 
-    from gimbal_hil.surface.cli.next_line import command_line, print_next
+    from gimbal_hil.surface.cli.following import after_bench
+    from gimbal_hil.surface.cli.next_line import print_next
 
     words, text, figures, blocks, costs, config = measured
+    page, as_json = options.page, options.as_json
     print(json.dumps(figures) if as_json else text, flush=True)
     # what the search costs has no target: it is a table of costs
     all_right = what == "search" or not any(figure["problem"] for figure in figures)
@@ -138,7 +140,7 @@ def _answer(what: str, measured: BenchFindings, page: Path | None, as_json: bool
     if not as_json:
         if page is not None:
             print(f"\nreport: {page}")
-        print_next(command_line("doctor", config=config))
+        print_next(after_bench(what, not all_right, options.repeats, options.out, config))
     return 0 if all_right else 1
 
 
