@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gimbal_hil.knowledge.discrepancy.inquiry.policy import Policy
-from gimbal_hil.knowledge.discrepancy.judgement import deciding, instead
+from gimbal_hil.knowledge.discrepancy.judgement import deciding, instead, judging
 from gimbal_hil.knowledge.discrepancy.judgement.deciding import Decision, Kind, Status, Told
 from gimbal_hil.knowledge.discrepancy.judgement.exhaustion import Predictable
 from gimbal_hil.knowledge.discrepancy.judgement.judging import Remainder, Standing
@@ -46,23 +46,24 @@ def decided(monkeypatch: pytest.MonkeyPatch, found: Any, left: Remainder) -> tup
 
 
 @pytest.mark.parametrize(
-    ("gone", "silent", "closed", "stays"),
+    ("gone", "silent", "takes", "closed", "stays"),
     [
         # a lag acts through torque, an inertia through acceleration: what the lag leaves is no part of it
-        ("actuator_lag", False, 0.98, True),
-        # what is left of the set closes a third of the gap
-        ("actuator_lag", False, 1.0 / 3.0, False),
-        ("structural_resonance", False, 0.98, False),
-        ("actuator_lag", True, 0.98, False),
+        ("actuator_lag", False, 98.0, 0.98, True),
+        # it closes a third of the gap that is there beside the others
+        ("actuator_lag", False, 1.0, 1.0 / 3.0, False),
+        ("structural_resonance", False, 98.0, 0.98, False),
+        ("actuator_lag", True, 98.0, 0.98, False),
     ],
 )
 def test_what_a_cause_that_is_gone_leaves_is_no_doubt_about_what_acts_through_others(
-    gone: str, silent: bool, closed: float, stays: bool, monkeypatch: pytest.MonkeyPatch
+    gone: str, silent: bool, takes: float, closed: float, stays: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     inertia, other = ("inertia", "outer"), (gone, "outer")
 
     def standings(inquiry: Any, stated: Any, null: Any, state: Any, path: Any, left: Any) -> tuple[Standing, ...]:
-        return tuple(replace(SOUND, entries=(k,), label=one) for k, one in enumerate(state.hypothesis.labels))
+        sound = replace(SOUND, takes=np.array([takes]))
+        return tuple(replace(sound, entries=(k,), label=one) for k, one in enumerate(state.hypothesis.labels))
 
     def told(inquiry: Any, standing: Standing, found: Any, left: Any, suspected_only: bool) -> Told:
         probable = (0.96 if len(found) == 2 else 0.4) if standing.label == inertia else 0.2
@@ -70,7 +71,8 @@ def test_what_a_cause_that_is_gone_leaves_is_no_doubt_about_what_acts_through_ot
 
     monkeypatch.setattr(deciding, "standings", standings)
     monkeypatch.setattr(deciding, "_told", told)
-    left = Remainder(10.0, float(np.sqrt(1.0 + 99.0 * (1.0 - closed))), Predictable(0.0, 0.0))
+    # others close nearly all of what the model leaves: that is no merit of this one
+    left = Remainder(40.0, float(np.sqrt(3.0)), Predictable(0.0, 0.0))
     found, went = decided(monkeypatch, a_state(inertia, other), left)
     assert went == ([other] if stays else [other, inertia])
     assert [one.standing.label for one in found.told] == ([inertia] if stays else [])
@@ -265,3 +267,50 @@ def test_what_stands_when_nothing_more_may_be_replaced_is_judged(monkeypatch: py
     found, went = decided(monkeypatch, a_state(names[0]), Remainder(6.8, 0.7, Predictable(0.0, 0.0)))
     assert len(asked) == deciding._TURNS and not went
     assert [one.standing.label for one in found.told] == [names[1]] and found.kind is Kind.NAMED
+
+
+def test_of_several_that_explain_nothing_the_one_that_takes_least_goes_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    labels = (("inertia", "outer"), ("stribeck", "outer"))
+
+    def standings(inquiry: Any, stated: Any, null: Any, state: Any, path: Any, left: Any) -> tuple[Standing, ...]:
+        there = enumerate(state.hypothesis.labels)
+        # either alone leaves no gap for the other
+        alone = len(state.hypothesis.labels) == 1
+        return tuple(replace(SOUND, entries=(k,), label=one, explains=alone, share=0.9 - 0.4 * k) for k, one in there)
+
+    monkeypatch.setattr(deciding, "standings", standings)
+    found, went = decided(monkeypatch, a_state(*labels), Remainder(10.0, 1.0, Predictable(0.0, 0.0)))
+    assert went == [labels[1]]
+    assert [one.standing.label for one in found.told] == [labels[0]]
+
+
+@pytest.mark.parametrize(("beside", "explains"), [(1.8, True), (1.4, False)])
+def test_beside_others_that_leave_no_gap_there_is_nothing_to_explain(beside: float, explains: bool) -> None:
+    def leaves(floors: float) -> Any:
+        return SimpleNamespace(fitted=np.full((8, 1), floors), held=np.full((8, 1), floors))
+
+    inquiry: Any = SimpleNamespace(
+        policy=Policy(), inexact=0.0, selecting=np.arange(8) < 4, in_order=lambda state: state.held
+    )
+    assert judging._explains(inquiry, leaves(20.0), leaves(beside), np.array([0.9])) is explains
+    assert not judging._explains(inquiry, leaves(1.4), leaves(beside), np.array([0.9]))
+
+
+@pytest.mark.parametrize(
+    ("effect", "high", "limit", "stands"),
+    [
+        ("coulomb", 15.6, 15.5, ("coulomb",)),
+        ("coulomb", 15.4, 15.5, ()),
+        ("coulomb", 15.6, 0.0, ()),
+        ("viscous", 15.6, 15.5, ()),
+    ],
+)
+def test_friction_that_takes_all_that_the_motor_gives_stands_at_a_bound(
+    effect: str, high: float, limit: float, stands: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = SimpleNamespace(number=lambda axis, path: {"actuator.limit": limit}[path])
+    inquiry: Any = SimpleNamespace(twin=SimpleNamespace(model=model))
+    ends = {"coulomb": (0.9 * high, high), "breakaway": (0.0, 0.0), "viscous": (0.9 * high, high)}
+    monkeypatch.setattr(judging, "parameter_intervals", lambda *_: ends)
+    monkeypatch.setattr(judging, "at_bound", lambda *_: ())
+    assert judging._at_bound(inquiry, a_state((effect, "outer")), (0,)) == stands

@@ -132,7 +132,7 @@ def decide(
             if not fallen:
                 return Decision(kind_of(told), state, told, left)
             # one at a time: of two that take the same neither is missed beside the other
-            first = min(fallen, key=lambda t: t.of_class)
+            first = min(fallen, key=lambda t: (t.of_class, t.standing.share))
             complete = left[first.standing.channel].after <= inquiry.policy.least_gap
             if first.standing.any_curve and complete and len(fallen) == 1:
                 # that something over position explains the rest, whatever its shape, is no doubt about what acts
@@ -182,13 +182,15 @@ def _as_before(named: dict[tuple[str, str], Told], told: Told) -> Told:
 def _by_the_set(
     policy: Policy, in_the_set: dict[tuple[str, str], Told], told: Told, left: tuple[Remainder, ...]
 ) -> Told:
-    """A cause as it was told in the set that was found, by as much of the gap as those that still stand close, where
-    that is more than it is told as beside what has gone.
+    """A cause as it was told in the set that was found, by as much as it closes of the gap that is there beside those
+    that still stand, where that is more than it is told as beside what has gone.
     """
     first = in_the_set.get(told.standing.label)
     if first is None or not told.shown:
         return told
-    of_class = first.of_class * max(0.0, left[told.standing.channel].closed)
+    takes = max(0.0, float(told.standing.takes[told.standing.channel]))
+    open_still = max(0.0, left[told.standing.channel].after ** 2 - 1.0)
+    of_class = first.of_class * takes / max(takes + open_still, 1e-9)
     if of_class <= told.of_class:
         return told
     return rejudged(policy, replace(first, standing=told.standing, of_class=of_class), first.close)
@@ -310,12 +312,12 @@ def class_probability(
 ) -> float:
     """Probability that the cause, or one that this data cannot tell from it, is there.
 
-    Ten things speak against it: where it acts the model leaves no gap; what it takes may be chance; any curve over
-    position takes as much; its own variables still predict what is left; its strength is another from stretch to
-    stretch; beside everything else it may as well have none; it does many times what was there, and others undo it;
-    others predict so much of what is left that the cause may be a part of theirs, or what is not known takes as many
-    squares of its channel (`unknown`); many times what it takes is left that nothing predicts, or most of what was
-    there; and it took little.
+    Ten things speak against it: where it acts the model leaves no gap, or none beside the other causes; what it takes
+    may be chance; any curve over position takes as much; its own variables still predict what is left; its strength is
+    another from stretch to stretch; beside everything else it may as well have none; it does many times what was there,
+    and others undo it; others predict so much of what is left that the cause may be a part of theirs, or what is not
+    known takes as many squares of its channel (`unknown`); many times what it takes is left that nothing predicts, or
+    most of what was there; and it took little.
     """
     from scipy.stats import norm
 

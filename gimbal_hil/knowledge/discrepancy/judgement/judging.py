@@ -11,7 +11,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import at_bound
 from gimbal_hil.knowledge.discrepancy.inquiry import (
@@ -28,7 +27,7 @@ from gimbal_hil.knowledge.discrepancy.inquiry import (
 )
 from gimbal_hil.knowledge.discrepancy.judgement.exhaustion import Predictable, predictable
 from gimbal_hil.knowledge.discrepancy.judgement.gap import channels_with_a_gap
-from gimbal_hil.knowledge.discrepancy.judgement.intervals import strength_error
+from gimbal_hil.knowledge.discrepancy.judgement.intervals import parameter_intervals, strength_error
 from gimbal_hil.knowledge.discrepancy.judgement.rivals import Rival, rivals_of
 from gimbal_hil.knowledge.discrepancy.judgement.steadiness import unevenness
 from gimbal_hil.knowledge.discrepancy.search import Path, control_share, curve_does_as_well, orders_make_a_series
@@ -65,7 +64,8 @@ class Standing:
     taken: float
     #: the same of each channel, of all data
     takes: Floats
-    #: what it takes is of a channel on which the model leaves a gap: elsewhere there is nothing to explain
+    #: what it takes is of a channel on which the model leaves a gap, and still does beside the other causes: elsewhere
+    #: there is nothing to explain
     explains: bool
     #: a smooth curve of torque over position with as many numbers leaves no more of the hold-out
     any_curve: bool
@@ -108,8 +108,7 @@ def standings(
     """
     labels = list(dict.fromkeys(state.hypothesis.labels))
     missing = np.array([remainder.predictable.beyond for remainder in left])
-    gaps = channels_with_a_gap(inquiry, null.fitted, inquiry.in_order(null))
-    found = (_standing(inquiry, stated, null, state, path, label, missing, gaps) for label in labels)
+    found = (_standing(inquiry, stated, null, state, path, label, missing) for label in labels)
     return tuple(sorted(found, key=lambda s: -s.share))
 
 
@@ -121,7 +120,6 @@ def _standing(
     path: Path,
     label: tuple[str, str],
     missing: Floats,
-    gaps: NDArray[np.bool_],
 ) -> Standing:
     inquiry.tell(f"what else could {label[0].replace('_', ' ')} be")
     entries = tuple(i for i, other in enumerate(state.hypothesis.labels) if other == label)
@@ -149,11 +147,17 @@ def _standing(
         predictable(inquiry, state, channel, _own_variables(label[0])),
         bound, _unseen(inquiry, state, bare), channel,
         float(np.sum(mean_squares(without.held_out()) - mean_squares(state.held_out()))), taken,
-        bool(np.any(taken[gaps] >= inquiry.policy.least_squares)),
+        _explains(inquiry, null, without, taken),
         _any_curve(inquiry, without, state, entries), unevenness(inquiry, bare, state, channel),
         min(strength_error(inquiry, state, i) for i in entries),
         float((rms(_rows(bare) - _rows(state)) / np.maximum(rms(_rows(there)), 1.0))[channel]),
     )  # fmt: skip
+
+
+def _explains(inquiry: Inquiry, null: State, without: State, taken: Floats) -> bool:
+    """Whether a cause takes something of a channel on which the model alone leaves a gap, and the other causes do."""
+    alone, beside = (channels_with_a_gap(inquiry, one.fitted, inquiry.in_order(one)) for one in (null, without))
+    return bool(np.any(taken[alone & beside] >= inquiry.policy.least_squares))
 
 
 def _rows(state: State) -> Floats:
@@ -168,9 +172,28 @@ def _own_variables(effect: str) -> frozenset[Variable]:
 
 
 def _at_bound(inquiry: Inquiry, state: State, entries: tuple[int, ...]) -> tuple[str, ...]:
-    """What of a cause may go no further: numbers, or how many orders a ripple has, of which enough draw any curve."""
+    """What of a cause may go no further: numbers, friction that takes all that the motor gives, or how many orders a
+    ripple has, of which enough draw any curve.
+    """
     many = ("number of orders",) if len(entries) >= MOST_ENTRIES else ()
-    return at_bound(inquiry.twin, state.hypothesis, entries[0]) + many
+    found = at_bound(inquiry.twin, state.hypothesis, entries[0])
+    stuck = (name for name in _beyond_the_motor(inquiry, state, entries[0]) if name not in found)
+    return (*found, *stuck, *many)
+
+
+def _beyond_the_motor(inquiry: Inquiry, state: State, index: int) -> tuple[str, ...]:
+    """Friction levels of a cause whose interval reaches the largest torque of the motor: a joint that stands at it says
+    no more than that its friction is no less.
+    """
+    model, (effect, axis) = inquiry.twin.model, state.hypothesis.labels[index]
+    limit = model.number(axis, "actuator.limit")
+    levels = [
+        p.name for p in CATALOGUE[effect].parameters if p.unit == "N m" and (p.path or "").startswith("friction.")
+    ]
+    if not limit or not levels:
+        return ()
+    reach = parameter_intervals(inquiry, state, index)
+    return tuple(name for name in levels if reach[name][1] >= limit)
 
 
 def _any_curve(inquiry: Inquiry, without: State, state: State, entries: tuple[int, ...]) -> bool:
