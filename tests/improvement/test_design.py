@@ -11,11 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gimbal_hil.knowledge.discrepancy import Hypothesis, known_numbers
 from gimbal_hil.knowledge.discrepancy.inquiry.inquiry import State
 from gimbal_hil.knowledge.executor import open_executor
 from gimbal_hil.knowledge.experiments import load_plan, plan_from_document
 from gimbal_hil.knowledge.improvement import budgets_of, design
-from gimbal_hil.knowledge.improvement.apart import Apart
+from gimbal_hil.knowledge.improvement.apart import Apart, Coordinates, inert_numbers
 from gimbal_hil.knowledge.improvement.choosing import WORTH, OpenQuestion, Option, Pair, reason
 from gimbal_hil.knowledge.improvement.design import Design, DesignTask, designed, made_for
 from gimbal_hil.knowledge.improvement.motion import (
@@ -125,6 +126,25 @@ def test_so_many_laps_tell_what_as_many_tables_would() -> None:
     assert one.beyond(2) == pytest.approx(two.beyond(1)) and one.beyond(1) == pytest.approx(0.5 * (100.0 - 100.0 / 5.0))
     stiff = Apart(100.0, np.zeros(1), np.zeros((1, 1)), np.eye(1), *FREE)
     assert stiff.beyond(7) == pytest.approx(7.0 * stiff.beyond(1))
+
+
+def test_a_difference_that_the_best_explanation_takes_back_itself_tells_nothing() -> None:
+    rows = np.array([[3.0], [4.0]])
+    of_rival, of_best = np.array([[1.0], [0.0]]), np.array([[0.0], [1.0]])
+    rival, best = (Coordinates(columns, 1e-12 * np.eye(1), *FREE) for columns in (of_rival, of_best))
+    # each by itself leaves what the other one would take, 16 and 9; a row counts for a half
+    assert rival.apart(rows).beyond(1) == pytest.approx(8.0)
+    assert rival.beside(best).apart(rows).beyond(1) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_numbers_that_did_nothing_so_far_may_make_up_for_a_motion_as_far_as_the_others() -> None:
+    model = shipped_model().with_number("inner", "friction.viscous", 0.03, None, 0.001)
+    every = known_numbers(model)
+    inner = [known for known in every if known.axis == "inner"]
+    null = Hypothesis(floating=tuple(inner[1:]), y=(0.0,) * (len(inner) - 1))
+    more = inert_numbers(model, null)
+    assert inner[0] in more and not set(more) & set(null.floating)
+    assert {known.axis for known in more} == set(model.axes)
 
 
 def test_an_explanation_does_what_it_can_about_a_difference_and_goes_no_further_than_it_may() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,12 +10,15 @@ from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy import (
     Floats,
     Hypothesis,
+    KnownNumber,
     Twin,
     bounds_of,
     command_residual,
+    known_numbers,
     prior_weights,
     record_of,
 )
+from sim_backend.model import AntennaModel
 
 #: rows of the scored residual are correlated: what one row counts for
 SPREAD = 2.0
@@ -76,13 +79,35 @@ class Coordinates:
     high: Floats
 
     @classmethod
-    def of(cls, twin: Twin, hypothesis: Hypothesis, before: Floats, floor: Floats, residual: Floats) -> Coordinates:
-        """Those of a hypothesis with this residual there; `before` is its Jacobian on all data so far."""
+    def of(
+        cls,
+        twin: Twin,
+        hypothesis: Hypothesis,
+        before: Floats,
+        floor: Floats,
+        residual: Floats,
+        inert: tuple[KnownNumber, ...] = (),
+    ) -> Coordinates:
+        """Those of a hypothesis with this residual there; `before` is its Jacobian on all data so far, to which `inert`
+        numbers did nothing.
+        """
+        hypothesis = _with_inert(hypothesis, inert)
         columns = _jacobian(twin, hypothesis, floor, residual)
         held = np.diag((prior_weights(hypothesis) * SPREAD) ** 2)
-        held = held + before.T @ before if before.shape[1] == columns.shape[1] else held
+        so_far = before.shape[1]
+        held[:so_far, :so_far] += before.T @ before
         x, (low, high) = hypothesis.vector(), bounds_of(hypothesis, 1.0)
         return cls(columns, held, np.minimum(low - x, 0.0), np.maximum(high - x, 0.0))
+
+    def beside(self, other: Coordinates) -> Coordinates:
+        """These and another explanation's, which take away from the difference of the two alike."""
+        zero = np.zeros((len(self.held), len(other.held)))
+        return Coordinates(
+            np.hstack([self.columns, -other.columns]),
+            np.block([[self.held, zero], [zero.T, other.held]]),
+            np.concatenate([self.low, other.low]),
+            np.concatenate([self.high, other.high]),
+        )
 
     def apart(self, rows: Floats) -> Apart:
         """How far an explanation with this difference, (rows, channels), stays; nowhere where it cannot be computed."""
@@ -91,6 +116,21 @@ class Coordinates:
         flat = rows.ravel()
         slope, normal = self.columns.T @ flat, self.columns.T @ self.columns
         return Apart(float(flat @ flat), slope, normal, self.held, self.low, self.high)
+
+
+def inert_numbers(model: AntennaModel, null: Hypothesis) -> tuple[KnownNumber, ...]:
+    """Known numbers that did nothing to the data so far, so that they do not float there."""
+    there = {(known.axis, known.path) for known in null.floating}
+    return tuple(known for known in known_numbers(model) if (known.axis, known.path) not in there)
+
+
+def _with_inert(hypothesis: Hypothesis, inert: tuple[KnownNumber, ...]) -> Hypothesis:
+    """The hypothesis with numbers that did nothing so far: on another motion they may make up for what it shows, as far
+    as its others may.
+    """
+    room = min((known.room for known in hypothesis.floating), default=1.0)
+    more = tuple(replace(known, room=max(known.room, room)) for known in inert)
+    return replace(hypothesis, floating=hypothesis.floating + more, y=hypothesis.y + (0.0,) * len(more))
 
 
 def _jacobian(twin: Twin, hypothesis: Hypothesis, floor: Floats, residual: Floats) -> Floats:
@@ -106,4 +146,4 @@ def _jacobian(twin: Twin, hypothesis: Hypothesis, floor: Floats, residual: Float
     return columns
 
 
-__all__ = ["SPREAD", "Apart", "Coordinates", "rehearsal_of"]
+__all__ = ["SPREAD", "Apart", "Coordinates", "inert_numbers", "rehearsal_of"]

@@ -33,7 +33,7 @@ from gimbal_hil.knowledge.discrepancy import (
     separating_runs,
     showing_sequences,
 )
-from gimbal_hil.knowledge.improvement.apart import SPREAD, Apart, Coordinates, rehearsal_of
+from gimbal_hil.knowledge.improvement.apart import SPREAD, Apart, Coordinates, inert_numbers, rehearsal_of
 from gimbal_hil.knowledge.improvement.budgets import AFTERWARDS_S
 from gimbal_hil.knowledge.improvement.journal import Diagnosed
 from gimbal_hil.knowledge.improvement.motion import MADE
@@ -116,11 +116,16 @@ def open_pairs(result: Result, shown: Collection[tuple[str, str]]) -> list[Pair]
         if one.close and not one.standing.silent:
             found.append(Pair(best, one.close[0].state, (label, one.close[0].label)))
         elif label not in shown:
-            rest = best.hypothesis
-            for index in reversed(one.standing.entries):
-                rest = rest.minus(index)
-            found.append(Pair(best, refitted(result.inquiry, best, rest), (label, (CHANCE, label[1]))))
+            found.append(Pair(best, _without(result, label), (label, (CHANCE, label[1]))))
     return found
+
+
+def _without(result: Result, label: tuple[str, str]) -> State:
+    """The best explanation without one of its causes, refitted."""
+    rest = result.best.hypothesis
+    for index in reversed([k for k, one in enumerate(rest.labels) if one == label]):
+        rest = rest.minus(index)
+    return refitted(result.inquiry, result.best, rest)
 
 
 def unexplained_pair(result: Result) -> Pair | None:
@@ -242,13 +247,15 @@ class MotionQuestion(Protocol):
 
 @dataclass(frozen=True)
 class OpenQuestion:
-    """What is open: the states beside the best one with their weights (sum 1), the model with the best, and what a
-    table of it is judged by: also how much data there are, and what is left of them without any cause.
+    """What is open: the states beside the best one with their weights (sum 1), the best without the cause that is
+    asked about, which has to be shown too; the model with the best, and what a table of it is judged by: also how much
+    data there are, and what is left of them without any cause.
     """
 
     best: State
     rivals: tuple[State, ...]
     weights: tuple[float, ...]
+    bare: State | None
     model: AntennaModel
     twin: Twin
     floor: Floats
@@ -265,7 +272,8 @@ class OpenQuestion:
 
 def question_of(result: Result, pair: Pair) -> OpenQuestion:
     """What is open between the best explanation and a rival, and what else the verdict has in the place of the same
-    cause, each with the odds that the verdict gives it.
+    cause, each with the odds that the verdict gives it. Of an unexplained gap nothing has to be shown but the
+    difference.
     """
     inquiry = result.inquiry
     odds = {
@@ -279,10 +287,12 @@ def question_of(result: Result, pair: Pair) -> OpenQuestion:
     weights = tuple(one / sum(odds.values()) for one in odds.values())
     model = explained_by(result.model, inquiry.twin, pair.best.hypothesis)
     data = np.concatenate([result.null.fitted, result.null.held_out()])
+    asked = pair.best is result.best and not pair.against_chance
     return OpenQuestion(
         pair.best,
         tuple(odds),
         weights,
+        _without(result, pair.names[0]) if asked else None,
         model,
         inquiry.twin,
         inquiry.floor,
@@ -299,14 +309,17 @@ class Separation:
 
     question: OpenQuestion
     rivals: tuple[Apart, ...]
+    bare: Apart | None
     rows: int
     without: Floats
 
     def expected(self, times: int = 1) -> float:
-        """Squared floors that other explanations leave beyond the best, each refitted linearly to the tables and to all
-        data so far; the mean by their weights.
+        """Squared floors that other explanations leave beyond the best, all refitted linearly to the tables and to all
+        data so far: the best too, whose numbers are not known any better. The mean by their weights, or what known
+        numbers alone leave where that is less.
         """
-        return float(np.dot(self.question.weights, [one.beyond(times) for one in self.rivals]))
+        rivals = float(np.dot(self.question.weights, [one.beyond(times) for one in self.rivals]))
+        return rivals if self.bare is None else min(rivals, self.bare.beyond(times))
 
     def needed(self, times: int = 1) -> float:
         """Squared floors that tell two explanations apart on the tables and all data so far: more than a twin is exact
@@ -322,11 +335,17 @@ def separation_of(question: OpenQuestion, table: SignalsTable) -> Separation:
     floor, there = question.floor, rehearsal_of(question.twin, table)
     as_best = command_residual(there, question.best.hypothesis, floor)
     without = command_residual(there, question.null, floor)
-    rivals = tuple(_apart(there, as_best, rival, floor) for rival in question.rivals)
-    return Separation(question, rivals, len(without), np.sum(without**2, axis=0))
+    inert = inert_numbers(there.model, question.null)
 
+    def coordinates(state: State, residual: Floats) -> Coordinates:
+        return Coordinates.of(there, state.hypothesis, state.fit.jacobian, floor, residual, inert)
 
-def _apart(twin: Twin, as_best: Floats, rival: State, floor: Floats) -> Apart:
-    # both are of the same rows: in the difference their noise is gone, which a fit would take for evidence
-    as_rival = command_residual(twin, rival.hypothesis, floor)
-    return Coordinates.of(twin, rival.hypothesis, rival.fit.jacobian, floor, as_rival).apart(as_rival - as_best)
+    mine = coordinates(question.best, as_best)
+
+    def apart(rival: State) -> Apart:
+        # both are of the same rows: in the difference their noise is gone, which a fit would take for evidence
+        as_rival = command_residual(there, rival.hypothesis, floor)
+        return coordinates(rival, as_rival).beside(mine).apart(as_rival - as_best)
+
+    rivals, bare = tuple(map(apart, question.rivals)), None if question.bare is None else apart(question.bare)
+    return Separation(question, rivals, bare, len(without), np.sum(without**2, axis=0))
