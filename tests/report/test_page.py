@@ -124,7 +124,9 @@ def test_the_demo_begins_with_the_answer_then_the_plots_that_prove_it_and_folds_
     text = page.render(MADE)
     order = [text.index(word) for word in ("Cogging was hidden", "Proof 0", "Proof 1", "<details>")]
     assert order == sorted(order)
-    assert [block.summary for block in page.blocks if isinstance(block, Details)] == ["All of it"] * len(STAGES)
+    assert [block.summary for block in page.blocks if isinstance(block, Details)] == [
+        f"All of: {stage.text}" for stage in STAGES
+    ]
 
 
 @pytest.mark.parametrize("heading", ["Figures", "Library", "packed:figures", "Packed: library"])

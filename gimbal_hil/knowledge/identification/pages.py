@@ -40,7 +40,11 @@ _WORDS = {
 
 def identification_page(model: AntennaModel, results: Sequence[AxisIdentification], sources: Sequence[str]) -> Page:
     """Everything that was found, axis by axis; `sources` are the logs that were read."""
-    blocks = [block for result in results for block in _axis_blocks(model, result)]
+    cautions = [(result.axis, finding.text) for result in results for finding in result.findings]
+    blocks: list[Block] = [Callout(_answer(results), _tone(results))]
+    # on a page of one axis everything is of that one
+    blocks += [Callout(f"{axis}: {text}" if len(results) > 1 else text, "warning") for axis, text in _capital(cautions)]
+    blocks += [block for result in results for block in _axis_blocks(model, result)]
     blocks.append(Text(f"From {', '.join(sources)}, with {_said(model)} as prior. Intervals are 95 %."))
     return Page(
         "Identified friction", f"model {model.name}, {len(results)} {'axis' if len(results) == 1 else 'axes'}", blocks
@@ -66,22 +70,8 @@ def identification_record(results: Sequence[AxisIdentification], sources: Sequen
 def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]:
     prior = friction_of(model, result.axis)
     units = LINEAR if model.is_linear else ROTARY
-    found = [e for e in result.estimates if e.verdict is Determination.IDENTIFIED]
     priors = [e for e in result.estimates if e.verdict is Determination.NOT_IDENTIFIED]
-    count = len(found)
-    against = f"{_findings(len(result.findings))} against data or model."
-    answer = f"{count} of {len(result.estimates)} numbers identified{_least_sure(found)}; {against}"
-    if len(priors) == len(result.estimates) and not result.findings:
-        answer = f"No friction number of {result.axis} can be had from these logs: its model keeps its numbers."
     blocks: list[Block] = [Heading(result.axis)]
-    tone = (
-        "good"
-        if count == len(result.estimates) and not result.findings
-        else "warning"
-        if result.findings
-        else "neutral"
-    )
-    blocks.append(Callout(answer, tone))
     if len(priors) < len(result.estimates):
         measured = [e for e in result.estimates if e not in priors]
         blocks.append(Tiles([(quantity(e.value, e.unit), _tile_text(e)) for e in measured]))
@@ -90,7 +80,6 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
         none = ", ".join(said(e.name) for e in priors if e.prior is None)
         text = f"Not identified from these logs, so the model's own numbers stand: {stand}." if stand else ""
         blocks.append(Text(f"{text} Not identified, and no number of the model: {none}.".strip() if none else text))
-    blocks += [Callout(finding.text[:1].upper() + finding.text[1:], "warning") for finding in result.findings]
     folded: list[Block] = []
     fits = tuple(fit for fit in (result.both, result.positive, result.negative) if fit is not None)
     if result.velocity_map is not None and result.velocity_map.points:
@@ -147,7 +136,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
 def _tile_text(estimate: Estimate) -> str:
     """Name of a number that stands in a tile, and how well it is known."""
     share = _share(estimate)
-    return said(estimate.name) + (f", ± {100.0 * share:.2g} % (95 %)" if np.isfinite(share) else "")
+    return said(estimate.name) + (f", ±\u00a0{100.0 * share:.2g}\u00a0% (95\u00a0%)" if np.isfinite(share) else "")
 
 
 def _share(estimate: Estimate) -> float:
@@ -156,24 +145,42 @@ def _share(estimate: Estimate) -> float:
     return half / abs(estimate.value) if estimate.value != 0.0 else np.inf
 
 
-def _least_sure(found: Sequence[Estimate]) -> str:
-    """Of the identified numbers the one with the widest interval for its size."""
-    sized = [one for one in found if np.isfinite(_share(one))]
+def _answer(results: Sequence[AxisIdentification]) -> str:
+    """How many numbers of all axes were identified, and the one with the widest interval for its size."""
+    every = [(result.axis, e) for result in results for e in result.estimates]
+    found = [(axis, e) for axis, e in every if e.verdict is Determination.IDENTIFIED]
+    axes = " and ".join(result.axis for result in results)
+    if all(e.verdict is Determination.NOT_IDENTIFIED for _, e in every):
+        return f"No number of {axes} can be had from these logs: the model keeps its own."
+    return f"{axes[:1].upper()}{axes[1:]}: {len(found)} of {len(every)} numbers identified{_least_sure(found, axes)}."
+
+
+def _tone(results: Sequence[AxisIdentification]) -> str:
+    """Good where every number is identified and nothing speaks against log or model."""
+    if any(result.findings for result in results):
+        return "warning"
+    every = [e.verdict for result in results for e in result.estimates]
+    return "good" if all(verdict is Determination.IDENTIFIED for verdict in every) else "neutral"
+
+
+def _capital(cautions: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+    return [(axis[:1].upper() + axis[1:], text[:1].upper() + text[1:]) for axis, text in cautions]
+
+
+def _least_sure(found: Sequence[tuple[str, Estimate]], axes: str) -> str:
+    sized = [(_share(e), axis, e) for axis, e in found if np.isfinite(_share(e))]
     if not sized:
         return ""
-    least = max(sized, key=_share)
-    which = said(least.name) if len(sized) == 1 else f"the least sure, {said(least.name)},"
-    return f", {which} to ± {100.0 * _share(least):.2g} %"
+    share, axis, least = max(sized, key=lambda one: one[0])
+    of = "" if axis == axes else f" of {axis}"
+    which = f"{said(least.name)}{of}" if len(sized) == 1 else f"the least sure, {said(least.name)}{of},"
+    return f", {which} to ±\u00a0{100.0 * share:.2g}\u00a0%"
 
 
 def _scaled(value: float, unit: str) -> str:
     """A size with the prefix that puts it at 1 or above."""
     factor, prefix = next(((f, p) for f, p in ((1.0, ""), (1e3, "m")) if value * f >= 1.0), (1e6, "µ"))
     return f"{value * factor:.3g} {prefix}{unit}"
-
-
-def _findings(count: int) -> str:
-    return "1 finding speaks" if count == 1 else f"{count} findings speak" if count else "nothing found speaks"
 
 
 def _liveliest(fit: OutputErrorFit) -> int:

@@ -406,6 +406,6 @@ def _undetermined(scaled: Matrix) -> set[int]:
 
 
 def _unit(family: str, linear: bool) -> str:
-    rotary = {"inertia": "kg m^2", "viscous": "N m s/rad", "coulomb": "N m", "offset": "N m"}
+    rotary = {"inertia": "kg m2", "viscous": "N m s/rad", "coulomb": "N m", "offset": "N m"}
     straight = {"inertia": "kg", "viscous": "N s/m", "coulomb": "N", "offset": "N"}
     return (straight if linear else rotary)[family]

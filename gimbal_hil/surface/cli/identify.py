@@ -265,12 +265,13 @@ def _lines(results: Sequence[AxisIdentification]) -> list[str]:
     lines = []
     for result in results:
         lines.append(result.axis)
-        for e in result.estimates:
+        # where nothing was found there is no interval, and the value is the model's
+        within = [f"({e.interval_text}) " if e.fitted_ends else "" for e in result.estimates]
+        told = [f"{text}{'' if e.unit == '1' else e.unit}" for text, e in zip(within, result.estimates, strict=True)]
+        width = max(map(len, told), default=0)
+        for e, text in zip(result.estimates, told, strict=True):
             verdict = e.verdict.value.replace("_", " ")
-            # where nothing was found there is no interval, and the value is the model's
-            within = f"({e.interval_text}) " if e.fitted_ends else ""
-            unit = "" if e.unit == "1" else e.unit
-            lines.append(f"  {e.name:<18} {e.value_text:>10}  {within}{unit:<10} {verdict}")
+            lines.append(f"  {e.name:<18} {e.value_text:>10}  {text:<{width}}  {verdict}")
             if e.reason:
                 lines.append(f"  {'':<18} {e.reason}" + (f"; to settle it: {e.experiment}" if e.experiment else ""))
         lines += [f"  ! {finding.text}" for finding in result.findings]

@@ -158,7 +158,7 @@ def story_page(told: Sequence[StageResult]) -> Page:
         blocks += [
             Heading(stage.text[:1].upper() + stage.text[1:]),
             Text(line if line.endswith(".") else f"{line}."),
-            Details("All of it", one.blocks),
+            Details(f"All of: {stage.text}", one.blocks),
             *one.seen,
         ]
     return Page("What gimbal-hil does", "virtual antenna in this process, the same frames as a real one", blocks)
