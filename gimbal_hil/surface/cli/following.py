@@ -203,6 +203,6 @@ def after_doctor(config: Path | None, holds: bool, answers: bool = True, drives_
     if not answers and config is not None:
         rehearsal = config.with_name(REHEARSAL_FILE)
         if rehearsal.exists():
-            return command_line("experiment", "step", config=rehearsal, out=free_path(Path("runs") / "step"))
+            return command_line("experiment", "step", config=rehearsal, out=free_path(config.parent / "runs" / "step"))
         return command_line("doctor", config=config)
     return command_line("daemon", *([] if holds else ["--lockstep"]), config=config, duration=10)
