@@ -54,7 +54,7 @@ def test_a_refusal_takes_the_place_of_an_earlier_answer(
     assert json.loads(printed.out) == said and said["text"] in printed.err
     assert "unusable_data" in junit.read_text(encoding="utf-8") and 'failures="1"' in junit.read_text(encoding="utf-8")
     # the same keys as in every verdict
-    words = {"answer", "text"}
+    words = {"answer", "grounds", "left", "text"}
     assert set(said) - {"schema", "verdict"} - words == set(Verdict.__dataclass_fields__) - {"kind", "said"}
     assert words <= set(said)
 

@@ -16,10 +16,12 @@ def test_every_order_of_a_ripple_is_told_and_a_number_without_unit_has_none() ->
     ripple = {"name": "cogging", "axis": "motor", "status": "named", "parameters": orders[0], "entries": orders}
     drag = {"name": "drag", "axis": "motor", "status": "ambiguous", "parameters": {"asymmetry": number(-0.19, "1")}}
     verdict = {
-        "verdict": "named", "text": "A gap.", "effects": [ripple, drag], "contradictions": [], "next_experiment": None,
+        "verdict": "named", "answer": "A gap.", "grounds": "", "left": "Still unexplained: much.",
+        "effects": [ripple, drag], "contradictions": [], "next_experiment": None,
     }  # fmt: skip
     lines = verdict_summary(verdict, Path("found")).splitlines()
-    assert lines[1] == (
+    assert lines[:2] == ["named: A gap.", "  Still unexplained: much."]
+    assert lines[2] == (
         "  cogging on motor (named): amplitude 0.008 N m, order 7 1/turn; amplitude 0.008 N m, order 14 1/turn"
     )
-    assert lines[2] == "  drag on motor (ambiguous): asymmetry -0.19"
+    assert lines[3] == "  drag on motor (ambiguous): asymmetry -0.19"

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
 from gimbal_hil.knowledge.discrepancy.judgement import Kind, Status
 from gimbal_hil.knowledge.discrepancy.verdict import wording
 from gimbal_hil.knowledge.discrepancy.verdict.discrepancy_page import _said
-from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap
+from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, share_text
+from gimbal_hil.knowledge.discrepancy.verdict.torque_times import _or_in_the_log
+from gimbal_hil.knowledge.identification.estimate import Interval
+from gimbal_hil.knowledge.identification.timing import Timing
 
 
 def told(effect: str, axis: str, *rivals: tuple[str, str]) -> Any:
@@ -45,12 +49,39 @@ def test_a_number_that_is_nothing_within_its_interval_has_no_digits() -> None:
 
 def test_the_page_says_each_cause_on_a_line_and_a_contradiction_once() -> None:
     effects = [_bias(5e-3, 4.9e-3, 5.1e-3), _bias(6e-3, 5.9e-3, 6.1e-3)]
-    against = {"rule": "torque_shifted", "axis": "EL", "text": "the torque column is late"}
+    against = {"rule": "break_away", "axis": "EL", "text": "breaks away too early: see there"}
     lines = [f"{wording.headline(effect)}." for effect in effects]
-    words = wording.Said("\n".join(lines), "They explain it.", wording.told_against(against).strip())
+    words = wording.Said("\n".join(lines), "They explain it.", against=wording.told_against(against).strip())
     assert words.text == " ".join([*lines, "They explain it.", words.against])
     found: Any = SimpleNamespace(kind=Kind.NAMED, said=words)
     assert (_said(found).text, _said(found).more) == ("\n".join(lines), "They explain it.")
+    assert _said(found).tone == "good"
+    # what is left is a line of its own, and no green one
+    found.said = replace(words, left="Still unexplained: rate error of EL 7 mrad/s (98.7 noise floors).")
+    assert _said(found).tone == "warning" and _said(found).text == "\n".join([*lines, found.said.left])
+
+
+def test_a_closed_share_of_less_than_all_is_not_100_percent() -> None:
+    told = [share_text(share) for share in (0.89, 0.9951, 0.9996, 1.0)]
+    assert told == ["89%", "99.5%", "over 99.9%", "100%"]
+
+
+def test_torque_columns_of_all_axes_are_told_once_and_a_delay_names_the_log_that_looks_like_it() -> None:
+    ends = {"late_s": -0.002, "low_s": -0.0021, "high_s": -0.0019}
+    early = [
+        {"rule": "torque_shifted", "axis": axis, "text": "", **ends, "state_as": f"{axis}.torque=COLUMN@2ms"}
+        for axis in ("AZ", "EL")
+    ]
+    (text,) = wording.told_contradictions(early)
+    assert "early against the positions: AZ 2 ms (1.9 to 2.1), EL 2 ms (1.9 to 2.1). A delay of the drive" in text
+    assert text.endswith("state it: --column AZ.torque=COLUMN@2ms EL.torque=COLUMN@2ms.")
+    number = {"value": 2e-3, "low": 1.9e-3, "high": 2.1e-3, "unit": "s", "nominal": None}
+    delay = {"name": "transport_delay", "axis": "AZ", "parameters": {"delay": number}, "probability": 0.97}
+    late = Interval(-0.0021, -0.0019)
+    said = wording.headline(_or_in_the_log(delay, Timing(-0.002, late, 0.0, 0.001, True)))
+    assert "delay 2 ms, or a log whose torque is stamped 2 ms early; probability 0.97" in said
+    assert _or_in_the_log(delay, Timing(0.002, Interval(0.001, 0.003), 0.0, 0.001, True)) is delay
+    assert _or_in_the_log(delay, None) is delay
 
 
 def test_what_half_or_twice_would_not_have_shown_is_not_said_to_show_from_less() -> None:

@@ -55,6 +55,7 @@ from gimbal_hil.knowledge.discrepancy.verdict import (
     separating_runs,
     showing_sequences,
     smallest_shown,
+    told_contradictions,
     verdict_of,
     with_torque_times,
 )
@@ -112,6 +113,7 @@ __all__ = [
     "showing_sequences",
     "smallest_shown",
     "standing",
+    "told_contradictions",
     "verdict_of",
     "with_torque_times",
 ]

@@ -59,7 +59,11 @@ class Timing:
 
     def stated_by(self, axis: str) -> str:
         """The option that would state what was found."""
-        return f"--column {axis}.torque=COLUMN@{-1e3 * self.late_s:.3g}ms"
+        return f"--column {self.stated_as(axis)}"
+
+    def stated_as(self, axis: str) -> str:
+        """What that option says of a torque column."""
+        return f"{axis}.torque=COLUMN@{-1e3 * self.late_s:.3g}ms"
 
     def findings(self, axis: str) -> tuple[DataWarning, ...]:
         """What speaks against the log, if anything."""

@@ -337,13 +337,14 @@ def _in_words(parameter: tuple[str, Json]) -> str:
 
 def verdict_summary(verdict: Json, out: Path) -> str:
     """What the terminal says of a verdict whose files are in `out`."""
-    from gimbal_hil.knowledge.discrepancy import entries_of
+    from gimbal_hil.knowledge.discrepancy import entries_of, told_contradictions
 
-    lines = [f"{verdict['verdict'].replace('_', ' ')}: {verdict['text']}"]
+    said = " ".join(part for part in (*verdict["answer"].splitlines(), verdict["grounds"]) if part)
+    lines = [f"{verdict['verdict'].replace('_', ' ')}: {said}", *([f"  {verdict['left']}"] if verdict["left"] else [])]
     for effect in verdict["effects"]:
         values = "; ".join(", ".join(map(_in_words, entry.items())) for entry in entries_of(effect))
         lines.append(f"  {effect['name']} on {effect['axis']} ({effect['status']}): {values}")
-    lines += [f"  ! {found['axis']}: {found['text']}" for found in verdict["contradictions"]]
+    lines += [f"  ! {against}" for against in told_contradictions(verdict["contradictions"])]
     if verdict["next_experiment"]:
         lines.append(f"  to decide it: {verdict['next_experiment']['plan']}")
     return "\n".join([*lines, f"report: {out / REPORT_FILE}"])

@@ -14,7 +14,7 @@ from gimbal_hil.knowledge.discrepancy.verdict.separating import (
 from gimbal_hil.knowledge.discrepancy.verdict.shown_table import smallest_shown
 from gimbal_hil.knowledge.discrepancy.verdict.torque_times import with_torque_times
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict, entries_of, refusal, verdict_of
-from gimbal_hil.knowledge.discrepancy.verdict.wording import headline
+from gimbal_hil.knowledge.discrepancy.verdict.wording import headline, told_contradictions
 
 __all__ = [
     "CHANCE",
@@ -33,6 +33,7 @@ __all__ = [
     "separating_runs",
     "showing_sequences",
     "smallest_shown",
+    "told_contradictions",
     "verdict_of",
     "why_not_testable",
     "with_torque_times",

@@ -9,7 +9,7 @@ import difflib
 from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.discrepancy.inquiry import gain_on
 from gimbal_hil.knowledge.discrepancy.judgement import Result
-from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap
+from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, share_text, still_open
 from gimbal_hil.knowledge.discrepancy.verdict.page_figures import (
     explained,
     gap_figure,
@@ -20,6 +20,7 @@ from gimbal_hil.knowledge.discrepancy.verdict.page_figures import (
 )
 from gimbal_hil.knowledge.discrepancy.verdict.shown_table import smallest_shown
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict, entries_of
+from gimbal_hil.knowledge.discrepancy.verdict.wording import told_contradictions
 from gimbal_hil.pages.report import (
     Block,
     Callout,
@@ -37,7 +38,9 @@ from sim_backend.model import AntennaModel
 
 _GAP_CAPTION = (
     "Rms that is left of each channel {}, with the model as given and with what is told. The processing floor, where "
-    "there is one, is the error of the method itself."
+    "there is one, is the error of the method itself. Every analysis reads the noise floor anew; it depends on its "
+    "logs and their roles (here from: {}), its band (here up to {:.3g} Hz) and the model's inertia, which makes torque "
+    "of encoder steps, so the floors of two analyses may differ."
 )
 _TONE = {
     "named": "good",
@@ -94,7 +97,7 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
             Listing(change, "Difference between the input model and model.yaml."),
         ]
     if verdict["recalibrated"]:
-        heads = ("axis", "number", "model", "known to", "refitted", "moved by, of what it is known to")
+        heads = ("axis", "number", "model", "known to", "refitted", "interval", "moved by, of what it is known to")
         rows = [_moved_row(moved) for moved in verdict["recalibrated"]]
         blocks.append(Details("Known numbers that had to move", [Table(heads, rows)]))
     blocks += smallest_shown(verdict["smallest_shown"], "errors")
@@ -112,37 +115,52 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
 
 def _answer(result: Result, found: Verdict, gap: Gap) -> list[Block]:
     """What a reader came for: the sentence, the figures, how large the gap is, and the plot that shows its kind."""
-    verdict, which = found.document, "largest gap" if gap is found.gap else "gap"
-    planned = verdict["next_experiment"]
-    share = "-" if gap.closed_fraction is None else f"{gap.closed_fraction:.1%}"
-    closed = [(share, f"of the gap closed {_judged_on(result)}")] if explained(result) else []
+    verdict, planned = found.document, found.next_experiment
+    against = " ".join(told_contradictions(found.contradictions))
     return [
         _said(found),
         *([Callout(f"Run this next: {planned['plan']}.\n{planned.get('command', '')}".strip())] if planned else []),
-        *(Callout(f"{against['axis']}: {against['text']}.", "warning") for against in verdict["contradictions"]),
-        Tiles(
-            (
-                (verdict["verdict"].replace("_", " "), "verdict"),
-                (
-                    f"{gap.before / gap.noise_floor:.1f}" + (f" → {gap.after / gap.noise_floor:.1f}" if closed else ""),
-                    f"{which} in noise floors, {gap.axis} {gap.signal.replace('_', ' ')}",
-                ),
-                *closed,
-                _floor_tile(gap),
-            )
-        ),
+        *([Callout(against, "warning")] if against else []),
+        Tiles([(verdict["verdict"].replace("_", " "), "verdict"), *_gap_tiles(result, found, gap), _floor_tile(gap)]),
         Heading("How large the gap is"),
-        Plot(gap_figure(verdict), _GAP_CAPTION.format(_judged_on(result))),
+        Plot(gap_figure(verdict), _GAP_CAPTION.format(_judged_on(result), gap.noise_floor_from, gap.band_hz[1])),
         *_proof(result, gap),
     ]
 
 
+def _gap_tiles(result: Result, found: Verdict, gap: Gap) -> list[tuple[str, str]]:
+    """How large the gap is in its unit, how much of it is closed, and the largest that is still there."""
+    channel, which = _channel(gap), "largest gap" if gap is found.gap else "gap"
+    before, after = (gap.before, gap.noise_floor), (gap.after, gap.noise_floor_after)
+    if not explained(result):
+        return [
+            (quantity(gap.before, gap.unit), f"{which}, {channel}: {gap.before / gap.noise_floor:.1f} noise floors")
+        ]
+    size = " → ".join(quantity(rms, gap.unit) for rms, _ in (before, after))
+    floors = " → ".join(f"{rms / floor:.1f}" for rms, floor in (before, after))
+    tiles = [(size, f"{which}, {channel}: {floors} noise floors")]
+    if gap.closed_fraction is not None and gap.closed_low is not None and gap.closed_high is not None:
+        low, high = share_text(gap.closed_low), share_text(gap.closed_high)
+        between = f" ({low} to {high})" if low != high else ""
+        tiles.append((share_text(gap.closed_fraction), f"of it closed{between}, {_judged_on(result)}"))
+    for one in still_open(found.gaps)[:1]:
+        times = f"{one.after / one.noise_floor_after:.1f} noise floors"
+        tiles.append((quantity(one.after, one.unit), f"largest gap still unexplained, {_channel(one)}: {times}"))
+    return tiles
+
+
+def _channel(gap: Gap) -> str:
+    return f"{gap.signal.replace('_', ' ')} of {gap.axis}"
+
+
 def _said(found: Verdict) -> Callout:
     """The verdict's own words; contradictions have their own place."""
-    tone = _TONE[found.kind.value]
-    if tone == "good" and found.said.moved:
+    said, tone = found.said, _TONE[found.kind.value]
+    if tone == "good" and said.left:
+        tone = "warning"
+    elif tone == "good" and said.moved:
         tone = "neutral"
-    return Callout(found.said.answer, tone, found.said.grounds)
+    return Callout("\n".join(part for part in (said.answer, said.left) if part), tone, said.grounds)
 
 
 def _looks_like(result: Result) -> list[Block]:
@@ -159,7 +177,7 @@ def _looks_like(result: Result) -> list[Block]:
 def _floor_tile(gap: Gap) -> tuple[str, str]:
     """The noise floor; a larger inertia makes more of the encoder's error, and what is left is then noise to it."""
     floor, after = (quantity(one, gap.unit) for one in (gap.noise_floor, gap.noise_floor_after))
-    of = f"noise floor of {gap.axis} {gap.signal.replace('_', ' ')}"
+    of = f"noise floor of the {_channel(gap)}"
     return (
         (floor, of) if floor == after else (f"{floor} → {after}", f"{of}, with the inertia of the model and as fitted")
     )
@@ -169,7 +187,8 @@ def _moved_row(moved: Json) -> tuple[str, ...]:
     """A known number that moved, in units of what it is known to: of next to nothing any move is many times it."""
     stated, spread, value = moved["nominal"], moved["uncertainty"], moved["value"]
     share = f"{(value - stated) / spread:+.2f}" if spread > 0.0 else "it was taken as exact"
-    return moved["axis"], moved["path"], f"{stated:.4g}", f"{spread:.2g}", f"{value:.4g}", share
+    interval = f"{moved['low']:.4g} .. {moved['high']:.4g}"
+    return moved["axis"], moved["path"], f"{stated:.4g}", f"{spread:.2g}", f"{value:.4g}", interval, share
 
 
 def _judged_on(result: Result) -> str:

@@ -13,6 +13,8 @@ from gimbal_hil.knowledge.discrepancy.judgement import Result
 from gimbal_hil.knowledge.discrepancy.twin import Floats
 from gimbal_hil.knowledge.estimation import block_sums
 
+#: floors above which a channel still has a gap beside what is told
+STILL_A_GAP = 1.5
 #: the gap over its floor below which a share means nothing
 _A_GAP = 1.1
 #: a floor is another than the one that was computed from this share of it down
@@ -45,6 +47,21 @@ class Gap:
 def largest(gaps: Sequence[Gap]) -> Gap:
     """The one with most noise floors before anything is told."""
     return max(gaps, key=lambda gap: gap.before / gap.noise_floor)
+
+
+def still_open(gaps: Sequence[Gap]) -> list[Gap]:
+    """Those that what is told leaves above the limit, the largest first; in floors of the model with it."""
+    left = [gap for gap in gaps if gap.after > STILL_A_GAP * gap.noise_floor_after]
+    return sorted(left, key=lambda gap: -gap.after / gap.noise_floor_after)
+
+
+def share_text(share: float) -> str:
+    """A closed share in percent: what is not all of it is not said to be 100%."""
+    said = f"{share:.0%}"
+    if share >= 1.0 or said != "100%":
+        return said
+    said = f"{share:.1%}"
+    return "over 99.9%" if said == "100.0%" else said
 
 
 def closed_most(gaps: Sequence[Gap]) -> Gap:

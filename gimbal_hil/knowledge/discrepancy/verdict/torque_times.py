@@ -9,14 +9,16 @@ from dataclasses import replace
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy.inquiry import scored_band
 from gimbal_hil.knowledge.discrepancy.judgement import Result
 from gimbal_hil.knowledge.discrepancy.twin import Floats, Twin, record_of
 from gimbal_hil.knowledge.discrepancy.verdict.corrected import corrected_model, explained_by, recalibrated_model
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict
-from gimbal_hil.knowledge.discrepancy.verdict.wording import told_shift
+from gimbal_hil.knowledge.discrepancy.verdict.wording import SHIFTED, answer_of, told_shifts
 from gimbal_hil.knowledge.identification import DataWarning, Timing, centred_torque, fit_rigid_axis, regression_rule
+from gimbal_hil.pages.report import quantity
 from sim_backend.effects import CATALOGUE, Hook, Variable
 from sim_backend.model import AntennaModel
 
@@ -35,10 +37,33 @@ def with_torque_times(
     found: Verdict, result: Result, tables: Sequence[SignalsTable], stated: frozenset[str]
 ) -> Verdict:
     """A verdict that also says whose torque column is early or late, the told causes being there."""
-    shifted = shifted_torques(_explained(result), tables, stated)
-    against = tuple({"rule": one.rule, "axis": one.axis, "text": one.text} for one in shifted)
-    said = replace(found.said, against=f"{found.said.against}{''.join(map(told_shift, against))}".strip())
-    return replace(found, contradictions=(*found.contradictions, *against), said=said)
+    shifts = _shifts(_explained(result), tables, stated)
+    against = tuple(_entry(axis, timing) for axis, timing in shifts.items())
+    effects = tuple(_or_in_the_log(effect, shifts.get(effect["axis"])) for effect in found.effects)
+    said = replace(found.said, against=f"{found.said.against} {told_shifts(against)}".strip())
+    if effects != found.effects:
+        said = replace(said, answer=answer_of(effects))
+    return replace(found, contradictions=(*found.contradictions, *against), effects=effects, said=said)
+
+
+def _entry(axis: str, timing: Timing) -> Json:
+    """A torque column that is early or late, as `contradictions` has it."""
+    one = _finding(axis, timing)
+    ends = {"late_s": timing.late_s, "low_s": timing.late.low, "high_s": timing.late.high}
+    return {"rule": one.rule, "axis": axis, "text": one.text, **ends, "state_as": timing.stated_as(axis)}
+
+
+def _or_in_the_log(effect: Json, timing: Timing | None) -> Json:
+    """A told lag or delay, with the log that looks the same where the torque column is early without it."""
+    if timing is None or timing.late_s > 0.0 or not _is_late(effect["name"]):
+        return effect
+    return {**effect, "or_in_the_log": f"a log whose torque is stamped {quantity(-timing.late_s, 's')} early"}
+
+
+def _is_late(name: str) -> bool:
+    """Whether an effect is a lag or a delay of the drive."""
+    effect = CATALOGUE[name]
+    return effect.is_before_the_joint and Variable.PAST in effect.acts_through
 
 
 def _explained(result: Result) -> AntennaModel:
@@ -47,8 +72,7 @@ def _explained(result: Result) -> AntennaModel:
         return corrected_model(result) or recalibrated_model(result)
     kept = result.best.hypothesis
     for index in reversed(range(len(kept.causes))):
-        effect = CATALOGUE[kept.labels[index][0]]
-        if effect.is_before_the_joint and Variable.PAST in effect.acts_through:
+        if _is_late(kept.labels[index][0]):
             kept = kept.minus(index)
     return explained_by(result.model, result.inquiry.twin, kept)
 
@@ -56,7 +80,12 @@ def _explained(result: Result) -> AntennaModel:
 def shifted_torques(
     model: AntennaModel, tables: Sequence[SignalsTable], stated: frozenset[str] = frozenset()
 ) -> tuple[DataWarning, ...]:
-    """A finding for each axis whose torque column every log excludes to be in time with its positions, on the same
+    """What `_shifts` finds, as findings."""
+    return tuple(_finding(axis, timing) for axis, timing in _shifts(model, tables, stated).items())
+
+
+def _shifts(model: AntennaModel, tables: Sequence[SignalsTable], stated: frozenset[str]) -> dict[str, Timing]:
+    """The time of each axis whose torque column every log excludes to be in time with its positions, on the same
     side, as the longest one says it; none for axes whose times were `stated` or whose torque an effect of the model
     changes on its way. A log that is too short to tell is not asked.
 
@@ -72,12 +101,12 @@ def shifted_torques(
             one = first.setdefault(axis, timing)
             if not timing.excludes(_LEAST_ROWS) or (timing.late_s > 0.0) != (one.late_s > 0.0):
                 asked.remove(axis)
-    return tuple(_finding(axis, first[axis]) for axis in asked if axis in first)
+    return {axis: first[axis] for axis in asked if axis in first}
 
 
 def _finding(axis: str, timing: Timing) -> DataWarning:
     text = f"{timing.text}: {_ELSE[timing.late_s > 0.0]}, as {timing.stated_by(axis)}"
-    return DataWarning("torque_shifted", text, axis)
+    return DataWarning(SHIFTED, text, axis)
 
 
 def _moves(model: AntennaModel, table: SignalsTable, axis: str) -> bool:

@@ -93,6 +93,8 @@ class Verdict:
             "schema": 1,
             "verdict": self.kind.value,
             "answer": self.said.answer,
+            "grounds": self.said.grounds,
+            "left": self.said.left,
             "text": self.text,
             "where": list(self.where),
             "effects": list(self.effects),

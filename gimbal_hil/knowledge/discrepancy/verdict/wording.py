@@ -9,7 +9,7 @@ import numpy as np
 
 from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.discrepancy.judgement import Denial, Kind, Result, Status, Told
-from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, closed_most, largest
+from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, closed_most, largest, share_text, still_open
 from gimbal_hil.knowledge.discrepancy.verdict.laws import told_laws
 from gimbal_hil.knowledge.discrepancy.verdict.separating import UPRIGHT
 from gimbal_hil.pages.report import quantity
@@ -18,18 +18,26 @@ from sim_backend.model import NUMBER_AT, AntennaModel, mass_stands_in
 
 #: the share of `Policy.uneven` from which a varying strength alone costs a name; and one that is known to this share
 _TOLD = 0.45
+#: the rule of a torque column that is early or late
+SHIFTED = "torque_shifted"
+#: what looks like a torque column that is late, or early: nothing acts before its command, but a drive may act late
+_ELSE = {
+    True: "No drive acts before its command, so it is the log; state it",
+    False: "A delay of the drive looks the same; if it is the log, state it",
+}
 #: numbers of a cause that a headline tells; the rest stand in the table
 _NUMBERS = 3
 
 
 @dataclass(frozen=True)
 class Said:
-    """A verdict in words. `answer`: what was found, a line for each cause; `grounds`: how large, how sure, and what is
-    left; `against`: where the logs contradict themselves.
+    """A verdict in words. `answer`: what was found, a line for each cause; `grounds`: how large and how sure; `left`:
+    what it leaves unexplained; `against`: where the logs contradict themselves.
     """
 
     answer: str
     grounds: str = ""
+    left: str = ""
     against: str = ""
     #: whether it is true of other numbers than the model's
     moved: bool = False
@@ -37,20 +45,22 @@ class Said:
     @property
     def text(self) -> str:
         """All of it in one line."""
-        return " ".join(part for part in (self.answer.replace("\n", " "), self.grounds, self.against) if part)
+        parts = (self.answer.replace("\n", " "), self.grounds, self.left, self.against)
+        return " ".join(part for part in parts if part)
 
 
 def told(result: Result, effects: Sequence[Json], gaps: Sequence[Gap], moved_numbers: Sequence[Json]) -> Said:
     """What was found and how sure it is; `moved_numbers` are known ones, as in `recalibrated`."""
     kind = result.decision.kind
-    left = _recalibration(result, gaps, moved_numbers)
+    left = _recalibration(gaps)
     if kind is Kind.NO_DISCREPANCY:
+        left = left and f"{_where_moved(result.model, moved_numbers)}; {left}"
         limit = _no_gap(gaps, result.request.policy.least_gap)
         only = f" only {left}" if left else ""
         others = bool(left) and any(not one["named"] for one in moved_numbers)
         grounds = f"{_would_have_shown(result)}{limit}"
         return Said(f"The model explains this data to its noise{only}.", grounds, moved=others)
-    moved = f" ({left})" if left else ""
+    moved = f" ({left} where known numbers move within their stated uncertainty)" if left else ""
     if kind is Kind.CANNOT_JUDGE:
         least = result.request.policy.least_gap
         limits = ", ".join(f"{quantity(least * g.noise_floor, g.unit)} in the {_of_channel(g)}" for g in gaps)
@@ -63,12 +73,11 @@ def told(result: Result, effects: Sequence[Json], gaps: Sequence[Gap], moved_num
         return _unexplained(result, gaps)
     if kind is Kind.DESCRIBED:
         looks, known = told_laws(result)
-        known += _remainder(gaps)
-        return Said(f"No name fits. {looks}", f"{_size('The largest gap is', largest(gaps))}. {known}")
+        size = _size("The largest gap is", largest(gaps))
+        return Said(f"No name fits. {looks}", f"{size}. {known}", _remainder(gaps))
     gap = closed_most(gaps)
-    answer = "\n".join(f"{headline(e)}." for e in effects)
     it = "It explains" if len(effects) == 1 else "They explain"
-    share = "" if gap.closed_fraction is None else f" {gap.closed_fraction:.0%} of"
+    share = "" if gap.closed_fraction is None else f" {share_text(gap.closed_fraction)} of"
     which = "the largest gap" if gap is largest(gaps) else "a gap"
     size = f"the {_of_channel(gap)}, {_floors(gap)}"
     first = f"{it}{share} {which} {_where_judged(result)}: {size}{moved}."
@@ -76,7 +85,12 @@ def told(result: Result, effects: Sequence[Json], gaps: Sequence[Gap], moved_num
         first = f"Only the searched logs show a gap{moved}."
     against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
     forms = "".join(_undetermined(e) for e in effects if "form_undetermined" in e)
-    return Said(answer, first + _doubts(result) + forms + against + _remainder(gaps))
+    return Said(answer_of(effects), first + _doubts(result) + forms + against, _remainder(gaps))
+
+
+def answer_of(effects: Sequence[Json]) -> str:
+    """What was found, a line for each cause."""
+    return "\n".join(f"{headline(effect)}." for effect in effects)
 
 
 def _would_have_shown(result: Result) -> str:
@@ -110,19 +124,23 @@ def _no_gap(gaps: Sequence[Gap], least: float) -> str:
     return f" {where}: motion that does not repeat, or friction whose level wanders a little, leaves as much."
 
 
-def _recalibration(result: Result, gaps: Sequence[Gap], numbers: Sequence[Json]) -> str:
-    """What is left once known numbers move, where that is less, and those that moved farthest for it."""
+def _recalibration(gaps: Sequence[Gap]) -> str:
+    """What is left once known numbers move, where that is less."""
     gap = largest(gaps)
     if gap.before - gap.after_recalibration <= 0.1 * gap.before or gap.before <= 1.1 * gap.noise_floor:
         return ""
+    return f"that leaves {quantity(gap.after_recalibration, gap.unit)}"
+
+
+def _where_moved(model: AntennaModel, numbers: Sequence[Json]) -> str:
+    """The known numbers that moved farthest."""
     inside = [one for one in numbers if not one["named"]]
-    left = quantity(gap.after_recalibration, gap.unit)
     if not inside:
-        return f"where its numbers and the zeros of the logs move a little; that leaves {left}"
+        return "where its numbers and the zeros of the logs move a little"
     farthest = sorted(inside, key=lambda one: -abs(one["to"] - one["from"]) / one["uncertainty"])[:_NUMBERS]
-    said = ", ".join(_moved(result.model, one) for one in farthest)
+    said = ", ".join(_moved(model, one) for one in farthest)
     rest = f" and {len(inside) - _NUMBERS} more" if len(inside) > _NUMBERS else ""
-    return f"where known numbers move within their stated uncertainty: {said}{rest}; that leaves {left}"
+    return f"where known numbers move within their stated uncertainty: {said}{rest}"
 
 
 def _moved(model: AntennaModel, one: Json) -> str:
@@ -224,7 +242,8 @@ def headline(effect: Json) -> str:
         moved = {name: number for name, number in moved.items() if _shows(number)} or moved
         told.append(", ".join(_number(name, number) for name, number in list(moved.items())[:_NUMBERS]))
     where = _at_first(_name(effect["name"], effect["axis"]))
-    return f"{where}: {' and '.join(told)}; probability {effect['probability']:.2f}"
+    of_log = f", or {effect['or_in_the_log']}" if "or_in_the_log" in effect else ""
+    return f"{where}: {' and '.join(told)}{of_log}; probability {effect['probability']:.2f}"
 
 
 def _shows(number: Json) -> bool:
@@ -294,16 +313,40 @@ def told_against(found: Json) -> str:
     return f" The data contradict themselves on {found['axis']} ({rule}, {why})."
 
 
-def told_shift(found: Json) -> str:
-    """A torque column that is early or late, in one sentence."""
-    return f" On {found['axis']}, {found['text']}."
+def told_shifts(found: Sequence[Json]) -> str:
+    """Torque columns that are early or late, all axes together: how much, what looks the same, and how to state it."""
+    said = []
+    for late, otherwise in _ELSE.items():
+        those = [one for one in found if (one["late_s"] > 0.0) == late]
+        if not those:
+            continue
+        sizes = ", ".join(map(_shift, those))
+        options = " ".join(one["state_as"] for one in those)
+        columns = "The torque column is" if len(those) == 1 else "The torque columns are"
+        way = "late" if late else "early"
+        said.append(f"{columns} {way} against the positions: {sizes}. {otherwise}: --column {options}.")
+    return " ".join(said)
+
+
+def _shift(one: Json) -> str:
+    low, size, high = (1e3 * value for value in sorted(abs(one[key]) for key in ("low_s", "late_s", "high_s")))
+    return f"{one['axis']} {size:.3g} ms ({low:.3g} to {high:.3g})"
+
+
+def told_contradictions(found: Sequence[Json]) -> list[str]:
+    """Each contradiction in full, torque columns of all axes in one."""
+    shifted = [one for one in found if one["rule"] == SHIFTED]
+    others = [f"{one['axis']}: {one['text']}." for one in found if one["rule"] != SHIFTED]
+    return [*others, *([told_shifts(shifted)] if shifted else [])]
 
 
 def _remainder(gaps: Sequence[Gap]) -> str:
-    """What the causes leave, in floors of the model with them."""
-    left = [(g, g.after / g.noise_floor_after) for g in gaps if g.after > 1.5 * g.noise_floor_after]
-    places = ", ".join(f"{_of_channel(g)} {floors:.1f} noise floors" for g, floors in left)
-    return f" Still unexplained beside it: {places}." if places else ""
+    """What the causes leave, in its unit and in floors of the model with them."""
+    places = ", ".join(
+        f"{_of_channel(g)} {quantity(g.after, g.unit)} ({g.after / g.noise_floor_after:.1f} noise floors)"
+        for g in still_open(gaps)
+    )
+    return f"Still unexplained: {places}." if places else ""
 
 
 def contradiction_of(effect: Json) -> str:
