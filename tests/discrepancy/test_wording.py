@@ -101,4 +101,18 @@ def test_a_gap_that_passes_for_noise_is_told_where_logs_cannot_judge() -> None:
         request=SimpleNamespace(policy=SimpleNamespace(least_gap=1.5)),
         decision=SimpleNamespace(kind=Kind.CANNOT_JUDGE),
     )  # fmt: skip
-    assert "still has a gap of 2.0 noise floors" in wording.told(result, (), [cast(Gap, gap)], ()).grounds
+    assert "still has a gap of 2.0 noise floors" in wording.told(result, (), (), [cast(Gap, gap)], ()).grounds
+
+
+def test_of_two_causes_that_logs_cannot_tell_apart_neither_stands_first() -> None:
+    stiffness = {"value": 2.18e-3, "low": 2.1e-3, "high": 2.3e-3, "unit": "N m/rad", "nominal": None}
+    cog = {"value": 3e-2, "low": 2.9e-2, "high": 3.1e-2, "unit": "m", "nominal": None}
+    spring = {"name": "cable_spring", "axis": "EL", "status": "ambiguous", "probability": 0.48}
+    weight = {"name": "static_unbalance", "axis": "EL", "instead_of": "cable_spring", "instead_of_axis": "EL"}
+    effects = [{**spring, "parameters": {"stiffness": stiffness}}]
+    answer = wording.answer_of(effects, [{**weight, "parameters": {"cog_x": cog}, "probability": 0.47}])
+    assert answer.splitlines() == [
+        "Cable spring or static unbalance on EL: these logs cannot tell which.",
+        "Cable spring on EL: stiffness 2.18 mN m/rad; probability 0.48.",
+        "Static unbalance on EL: cog x 30 mm; probability 0.47.",
+    ]

@@ -215,10 +215,7 @@ def _effects_table(result: Result, verdict: Json) -> Table:
     for e in verdict["effects"]:
         for name, p in (item for entry in entries_of(e) for item in entry.items()):
             nominal = "" if p["nominal"] is None else f"{p['nominal']:.4g}"
-            value, interval = (
-                f"{p['value']:.4g} {p['unit'] if p['unit'] != '1' else ''}".rstrip(),
-                f"{p['low']:.4g} .. {p['high']:.4g}",
-            )
+            _, value, interval = _value((name, p))
             rows.append(
                 (
                     f"{e['name']} ({e['axis']})",
@@ -240,11 +237,26 @@ def _effects_table(result: Result, verdict: Json) -> Table:
     )
 
 
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _value(parameter: tuple[str, Json]) -> tuple[str, str, str]:
+    """Name, value with unit and interval of a number."""
+    name, p = parameter
+    unit = "" if p["unit"] == "1" else p["unit"]
+    return name, f"{p['value']:.4g} {unit}".rstrip(), f"{p['low']:.4g} .. {p['high']:.4g}"
+
+
 def _alternatives(verdict: Json) -> Table:
-    return Table(
-        ("could also be", "axis", "instead of", "why"),
-        [(a["name"], a["axis"], a["instead_of"], a["reason"]) for a in verdict["alternatives"]],
-    )
+    rows = []
+    for one in verdict["alternatives"]:
+        told = [
+            f"{_words(name)} {value} ({interval})" for name, value, interval in map(_value, one["parameters"].items())
+        ]
+        row = (_words(one["name"]), one["axis"], _words(one["instead_of"]), "; ".join(told))
+        rows.append((*row, f"{one['probability']:.2f}", one["reason"]))
+    return Table(("could also be", "axis", "instead of", "its numbers there", "probability", "why"), rows)
 
 
 def _ranking(result: Result) -> Table:

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 _SLICES, _LEAST_ROWS = 240, 4
 #: dots of a cloud: a browser takes a tenth of a millisecond for each, and the means say what the cloud does
 _DOTS = 400
+#: share of the axis from which on a bar is seen
+_SEEN = 0.01
 #: share of time or gap from which on the rest of a group gets a bar
 _A_REST = 0.005
 
@@ -43,7 +45,8 @@ def gap_figure(verdict: Json) -> Drawing:
         ("processing floor", "processing_floor", SECOND),
     ):
         shares = [gap[key] / gap["noise_floor"] for gap in verdict["gaps"]]
-        if not any(shares):
+        # a bar that nobody sees needs no word in the legend
+        if max(shares) <= _SEEN * max([1.0, *drawn_shares]):
             continue
         drawn.add_bar(name=name, x=labels, y=shares, marker=dict(color=colour))
         drawn_shares += shares

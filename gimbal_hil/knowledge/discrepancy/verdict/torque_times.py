@@ -42,7 +42,7 @@ def with_torque_times(
     effects = tuple(_or_in_the_log(effect, shifts.get(effect["axis"])) for effect in found.effects)
     said = replace(found.said, against=f"{found.said.against} {told_shifts(against)}".strip())
     if effects != found.effects:
-        said = replace(said, answer=answer_of(effects))
+        said = replace(said, answer=answer_of(effects, found.alternatives))
     return replace(found, contradictions=(*found.contradictions, *against), effects=effects, said=said)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from firmware_protocol.json_object import Json
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy.hypotheses import values_of
-from gimbal_hil.knowledge.discrepancy.inquiry import rms
+from gimbal_hil.knowledge.discrepancy.inquiry import State, rms
 from gimbal_hil.knowledge.discrepancy.judgement import (
     Kind,
     Result,
@@ -20,6 +20,7 @@ from gimbal_hil.knowledge.discrepancy.judgement import (
     Shows,
     Told,
     number_intervals,
+    odds_against,
     parameter_intervals,
 )
 from gimbal_hil.knowledge.discrepancy.twin import Channel
@@ -42,7 +43,7 @@ from gimbal_hil.knowledge.discrepancy.verdict.wording import (
     told_unseen,
 )
 from sim_backend.effects import CATALOGUE
-from sim_backend.model import AntennaModel
+from sim_backend.model import NUMBER_AT, AntennaModel
 
 #: floors above which a second channel is worth a place; standard deviations by which a number has moved at all
 _HAS_A_GAP, _HARDLY = 1.3, 0.05
@@ -134,7 +135,7 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
         run = _run_that_judges(result)
     against = tuple(contradictions(corrected_model(result) or recalibrated_model(result), logs))
     moved = _recalibrated(result)
-    said = told(result, effects, gaps, moved)
+    said = told(result, effects, alternatives, gaps, moved)
     something_else = 1.0 - min((one.of_names for one in result.told), default=0.0 if kind is Kind.UNEXPLAINED else 1.0)
     over, unseen = result.decision.depends_on, tuple(not_testable(result))
     hidden = "" if kind is Kind.CANNOT_JUDGE else told_hidden(result)
@@ -228,6 +229,8 @@ def _effect_entry(result: Result, one: Told) -> tuple[Json, list[Json], Json | N
             "instead_of": name,
             "instead_of_axis": axis,
             "reason": _reason(rival),
+            "parameters": _rival_parameters(result, rival),
+            "probability": round(one.of_class * odds_against(rival, result.inquiry.policy) * _alone(one), 3),
         }
         for rival in one.close
     ]
@@ -250,12 +253,34 @@ def _reason(rival: Rival) -> str:
     return f"together with {beside}, {leaves}" if beside else leaves
 
 
-def _parameters(result: Result, index: int) -> Json:
-    model, twin = result.model, result.inquiry.twin
-    effect = CATALOGUE[result.best.hypothesis.labels[index][0]]
-    intervals = parameter_intervals(result.inquiry, result.best, index)
+def _alone(one: Told) -> float:
+    """The share of a cause in what is known of it or one of its alternatives."""
+    return one.probability / one.of_class if one.of_class > 0.0 else 0.0
+
+
+def _rival_parameters(result: Result, rival: Rival) -> Json:
+    """The numbers of an alternative where it stands in the place of the cause; of known numbers, where they moved."""
+    if rival.is_cause:
+        return _parameters(result, len(rival.state.hypothesis.causes) - 1, rival.state)
+    (effect, axis), model = rival.label, result.model
+    moved = moved_numbers(model, result.inquiry.twin, rival.state.hypothesis)
     found = {}
-    for name, (value, nominal) in values_of(model, twin, result.best.hypothesis, index).items():
+    for parameter in CATALOGUE[effect].parameters:
+        path = None if parameter.path is None else model.number_path(axis, parameter.path)
+        if path is not None and (axis, path) in moved:
+            value, unit = moved[axis, path], NUMBER_AT[path].unit_for(model.is_linear)
+            nominal = model.number(axis, path)
+            found[parameter.name] = {"value": value, "low": value, "high": value, "unit": unit, "nominal": nominal}
+    return found
+
+
+def _parameters(result: Result, index: int, state: State | None = None) -> Json:
+    """Numbers of a cause with their intervals, of the best state or another one."""
+    model, twin, state = result.model, result.inquiry.twin, state or result.best
+    effect = CATALOGUE[state.hypothesis.labels[index][0]]
+    intervals = parameter_intervals(result.inquiry, state, index)
+    found = {}
+    for name, (value, nominal) in values_of(model, twin, state.hypothesis, index).items():
         parameter = next(p for p in effect.parameters if p.name == name)
         low, high = intervals.get(name, (value, value))
         unit = parameter.linear_unit if model.is_linear and parameter.linear_unit else parameter.unit

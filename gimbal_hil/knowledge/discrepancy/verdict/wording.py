@@ -49,19 +49,25 @@ class Said:
         return " ".join(part for part in parts if part)
 
 
-def told(result: Result, effects: Sequence[Json], gaps: Sequence[Gap], moved_numbers: Sequence[Json]) -> Said:
+def told(
+    result: Result,
+    effects: Sequence[Json],
+    alternatives: Sequence[Json],
+    gaps: Sequence[Gap],
+    moved_numbers: Sequence[Json],
+) -> Said:
     """What was found and how sure it is; `moved_numbers` are known ones, as in `recalibrated`."""
     kind = result.decision.kind
     left = _recalibration(gaps)
+    only_moved = left and f"{_where_moved(result.model, moved_numbers)}; {left}"
     if kind is Kind.NO_DISCREPANCY:
-        left = left and f"{_where_moved(result.model, moved_numbers)}; {left}"
         limit = _no_gap(gaps, result.request.policy.least_gap)
-        only = f" only {left}" if left else ""
+        only = f" only {only_moved}" if left else ""
         others = bool(left) and any(not one["named"] for one in moved_numbers)
         grounds = f"{_would_have_shown(result)}{limit}"
         return Said(f"The model explains this data to its noise{only}.", grounds, moved=others)
-    moved = f" ({left} where known numbers move within their stated uncertainty)" if left else ""
     if kind is Kind.CANNOT_JUDGE:
+        moved = f" ({only_moved})" if left else ""
         least = result.request.policy.least_gap
         limits = ", ".join(f"{quantity(least * g.noise_floor, g.unit)} in the {_of_channel(g)}" for g in gaps)
         return Said(
@@ -76,6 +82,7 @@ def told(result: Result, effects: Sequence[Json], gaps: Sequence[Gap], moved_num
         size = _size("The largest gap is", largest(gaps))
         return Said(f"No name fits. {looks}", f"{size}. {known}", _remainder(gaps))
     gap = closed_most(gaps)
+    moved = f" ({left} where known numbers move within their stated uncertainty)" if left else ""
     it = "It explains" if len(effects) == 1 else "They explain"
     share = "" if gap.closed_fraction is None else f" {share_text(gap.closed_fraction)} of"
     which = "the largest gap" if gap is largest(gaps) else "a gap"
@@ -85,12 +92,30 @@ def told(result: Result, effects: Sequence[Json], gaps: Sequence[Gap], moved_num
         first = f"Only the searched logs show a gap{moved}."
     against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
     forms = "".join(_undetermined(e) for e in effects if "form_undetermined" in e)
-    return Said(answer_of(effects), first + _doubts(result) + forms + against, _remainder(gaps))
+    return Said(answer_of(effects, alternatives), first + _doubts(result) + forms + against, _remainder(gaps))
 
 
-def answer_of(effects: Sequence[Json]) -> str:
-    """What was found, a line for each cause."""
-    return "\n".join(f"{headline(effect)}." for effect in effects)
+def answer_of(effects: Sequence[Json], alternatives: Sequence[Json]) -> str:
+    """What was found, a line for each cause; of causes that the logs cannot tell apart first that, then each."""
+    lines = []
+    for effect in effects:
+        name = effect["name"], effect["axis"]
+        others = [one for one in alternatives if (one["instead_of"], one["instead_of_axis"]) == name]
+        if effect["status"] == Status.AMBIGUOUS.value and others:
+            lines.append(f"{_at_first(_either([effect, *others]))}: these logs cannot tell which.")
+            lines += [f"{headline(one)}." for one in (effect, *others)]
+        else:
+            lines.append(f"{headline(effect)}.")
+    return "\n".join(lines)
+
+
+def _either(causes: Sequence[Json]) -> str:
+    """`cable spring or static unbalance on inner`."""
+    axes = {one["axis"] for one in causes}
+    if len(axes) > 1:
+        return " or ".join(dict.fromkeys(_name(one["name"], one["axis"]) for one in causes))
+    names = dict.fromkeys(one["name"].replace("_", " ") for one in causes)
+    return f"{' or '.join(names)} on {axes.pop()}"
 
 
 def _would_have_shown(result: Result) -> str:
@@ -241,6 +266,7 @@ def headline(effect: Json) -> str:
         # one that moved behind the digits that are told says nothing, unless all did
         moved = {name: number for name, number in moved.items() if _shows(number)} or moved
         told.append(", ".join(_number(name, number) for name, number in list(moved.items())[:_NUMBERS]))
+    told = [one for one in told if one] or ["its numbers are not known"]
     where = _at_first(_name(effect["name"], effect["axis"]))
     of_log = f", or {effect['or_in_the_log']}" if "or_in_the_log" in effect else ""
     return f"{where}: {' and '.join(told)}{of_log}; probability {effect['probability']:.2f}"
