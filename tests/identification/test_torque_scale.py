@@ -66,7 +66,7 @@ def test_an_inertia_that_is_two_pi_times_the_models_is_told_as_a_position_in_tur
 def test_nothing_that_a_position_in_turns_makes_wrong_is_called_identified(model: AntennaModel) -> None:
     viscous = replace(estimate("viscous", 0.1287), unit="N m s/rad")
     both = (replace(estimate("coulomb", 0.05), unit="N m"), viscous)
-    known = (*both, replace(estimate("inertia", 0.1243), unit="kg m^2"))
+    known = (*both, replace(estimate("inertia", 0.1243), unit="kg m2"))
     one = table()
     found = scale_findings(axis_load(one, model, "joint"), one, model, "joint", known)
     assert found[0].concerns == {"viscous", "inertia"}

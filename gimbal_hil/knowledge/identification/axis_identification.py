@@ -139,7 +139,8 @@ def identify_axis(
     ]
     findings += repeatability_findings(velocity_map.points if velocity_map else (), axis)
     decided = {e.name for e in estimates if e.verdict is not Determination.NOT_IDENTIFIED}
-    findings += [finding for finding in physical_findings(friction, axis) if decided & finding.concerns]
+    unit = "N s/m" if model.is_linear else "N m s/rad"
+    findings += [finding for finding in physical_findings(friction, axis, unit) if decided & finding.concerns]
     findings += disagreeing
     if rigid[0] is not None:
         findings += rigid[0].unexplained(axis)

@@ -161,7 +161,7 @@ def repeatability_findings(points: Sequence[VelocityPoint], axis: str = "") -> t
     return tuple(findings)
 
 
-def physical_findings(friction: LugreFriction, axis: str = "") -> tuple[DataWarning, ...]:
+def physical_findings(friction: LugreFriction, axis: str = "", unit: str = "N m s/rad") -> tuple[DataWarning, ...]:
     """Violated bounds of a parameter set: break-away under Coulomb, and passivity `sigma2 > sigma1 (Ts - Tc) / Tc`."""
     static = friction.static
     findings = []
@@ -172,8 +172,8 @@ def physical_findings(friction: LugreFriction, axis: str = "") -> tuple[DataWarn
     limit = static.largest_sigma1()
     if friction.sigma1 > limit:
         text = (
-            f"with bristle damping sigma1 = {friction.sigma1:.4g} the friction of this model can give out energy "
-            f"(it is not passive); up to {limit:.4g} it cannot, nor where sigma1 falls with speed"
+            f"bristle damping {friction.sigma1:.3g} {unit} makes a LuGre model non-passive, so it can give out energy "
+            f"(limit {limit:.3g} {unit}; none where the damping falls with speed)"
         )
         findings.append(DataWarning("not_passive", text, axis, frozenset({"sigma1", "viscous"})))
     return tuple(findings)
