@@ -118,15 +118,19 @@ def test_the_demo_begins_with_the_answer_then_the_plots_that_prove_it_and_folds_
     plots = [Plot(figure(f"Proof {number}", "x", "y")) for number in range(3)]
     answer = Callout("Cogging was hidden, and is named.", "good")
     told = [StageResult(f"line of {stage.name}", (stage.name, "figure"), [Text("much")]) for stage in STAGES[:-1]]
-    told.append(StageResult("named", ("named", "judged blind"), [answer, *plots]))
+    told.append(StageResult("named", ("named", "judged blind"), [answer, *plots], [Text("It moves.")]))
     page = story_page(told)
     assert page.blocks[0] == answer
     text = page.render(MADE)
-    order = [text.index(word) for word in ("Cogging was hidden", "Proof 0", "Proof 1", "<details>")]
+    order = [
+        text.index(word)
+        for word in ("Cogging was hidden", "It moves.", "judged blind", "Proof 0", "Proof 1", "<details>")
+    ]
     assert order == sorted(order)
     assert [block.summary for block in page.blocks if isinstance(block, Details)] == [
-        f"All of: {stage.text}" for stage in STAGES
+        stage.all_of_it for stage in STAGES
     ]
+    assert len({stage.all_of_it for stage in STAGES}) == len(STAGES)
 
 
 @pytest.mark.parametrize("heading", ["Figures", "Library", "packed:figures", "Packed: library"])

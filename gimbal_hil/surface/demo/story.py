@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import open_run, replay
 from gimbal_hil.data.signals import read_signals
-from gimbal_hil.knowledge.discrepancy import Request, corrected_model, diagnose, discrepancy_page, verdict_of
+from gimbal_hil.knowledge.discrepancy import (
+    Kind,
+    Request,
+    Verdict,
+    corrected_model,
+    diagnose,
+    discrepancy_page,
+    verdict_of,
+)
 from gimbal_hil.knowledge.experiments import ProgressSink, conduct, embedded_model_of
 from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
 from gimbal_hil.knowledge.identification import Log, identification_page, identify_axis, read_logs
 from gimbal_hil.loop.settings import DaemonSettings
-from gimbal_hil.pages.report import Block, Details, Heading, Page, Text, Tiles, plots_in
+from gimbal_hil.pages.report import Block, Callout, Details, Heading, Page, Text, Tiles, plots_in, quantity
 from gimbal_hil.realtime.lockstep import give_again, host_of
 from gimbal_hil.surface.demo.ghost import ghost_of, side_by_side
+from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
 
 #: plots of the last stage that stand at the top: how large the gap is, and what is left over position and speed
@@ -41,6 +51,8 @@ class Stage:
 
     name: str
     text: str
+    #: what is folded away
+    all_of_it: str
     run: Callable[[DaemonSettings, Path, ProgressSink], StageResult]
 
 
@@ -124,17 +136,36 @@ def _missing(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Sta
     return StageResult(
         f"an antenna with a hidden effect, judged blind: {verdict.kind.value}. {verdict.text}",
         (verdict.kind.value.replace("_", " "), "the effect that was hidden, judged blind"),
-        list(page.blocks),
+        [_found(verdict, page.blocks[0]), *page.blocks[1:]],
         [Heading("The model beside the antenna, moving"), side_by_side(tables[1], model.axes[0], ghosts)],
     )
 
 
+def _found(verdict: Verdict, answer: Block) -> Block:
+    """The answer of a verdict, as that of a story in which something was hidden."""
+    if verdict.kind is not Kind.NAMED or not isinstance(answer, Callout):
+        return answer
+    lines = [f"The hidden effect was found: {_told(effect)}." for effect in verdict.effects]
+    return replace(answer, text="\n".join([*lines, *([verdict.said.left] if verdict.said.left else [])]))
+
+
+def _told(effect: Json) -> str:
+    """`cogging on outer, 30 mN m (29.9 to 30.1 mN m), 12 per turn (probability 0.97)`."""
+    periodic = {p.name for p in CATALOGUE[effect["name"]].parameters if p.periodic}
+    first, *others = (number for name, number in effect["parameters"].items() if name not in periodic)
+    low, high = (quantity(first[end], first["unit"]) for end in ("low", "high"))
+    numbers = [f"{quantity(first['value'], first['unit'])} ({low} to {high})"]
+    numbers += [quantity(number["value"], number["unit"]) for number in others]
+    where = f"{effect['name'].replace('_', ' ')} on {effect['axis']}"
+    return f"{where}, {', '.join(numbers)} (probability {effect['probability']:.2f})"
+
+
 #: the stages in order
 STAGES = (
-    Stage("step", "step responses through daemon core, frames and virtual antenna", _step),
-    Stage("replay", "the recorded run again, bit for bit", _replay),
-    Stage("friction", "sliding and presliding, then friction with intervals", _friction),
-    Stage("missing", "an effect that the model does not know: found, named, added", _missing),
+    Stage("step", "step responses through daemon core, frames and virtual antenna", "All step responses", _step),
+    Stage("replay", "the recorded run again, bit for bit", "The whole replay", _replay),
+    Stage("friction", "sliding and presliding, then friction with intervals", "All friction runs and fits", _friction),
+    Stage("missing", "an effect that the model does not know: found, named, added", "The whole search", _missing),
 )
 
 
@@ -150,15 +181,18 @@ def tell(settings: DaemonSettings, out: Path, progress: ProgressSink, say: Calla
 
 
 def story_page(told: Sequence[StageResult]) -> Page:
-    """The answer of the last stage, a figure of each, the plots that prove the answer; all else is folded away."""
+    """The answer of the last stage and what moves, a figure of each, the plots that prove the answer; all else is
+    folded away.
+    """
     answer = told[-1].blocks
-    blocks: list[Block] = [*answer[:1], Tiles([one.figure for one in told]), *list(plots_in(answer))[:PROOFS]]
+    tiles = Tiles([one.figure for one in told])
+    blocks: list[Block] = [*answer[:1], *told[-1].seen, tiles, *list(plots_in(answer))[:PROOFS]]
     for stage, one in zip(STAGES, told, strict=True):
         line = one.line[:1].upper() + one.line[1:]
         blocks += [
             Heading(stage.text[:1].upper() + stage.text[1:]),
             Text(line if line.endswith(".") else f"{line}."),
-            Details(f"All of: {stage.text}", one.blocks),
-            *one.seen,
+            Details(stage.all_of_it, one.blocks),
+            *(one.seen if one is not told[-1] else []),
         ]
     return Page("What gimbal-hil does", "virtual antenna in this process, the same frames as a real one", blocks)
