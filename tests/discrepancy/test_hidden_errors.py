@@ -28,7 +28,7 @@ def test_what_is_told_to_show_from_more_than_a_half_on_would_not_have_shown_as_h
     monkeypatch.setattr(earned, "weighing_of", lambda *_: None)
     monkeypatch.setattr(earned, "slopes_of_hold_out", lambda *_: ())
     monkeypatch.setattr(earned, "_is_stated", lambda *_: True)
-    monkeypatch.setattr(earned, "without_own", lambda *_: (None, ()))
+    monkeypatch.setattr(earned, "without_own", lambda *_: (None, (known,)))
     monkeypatch.setattr(earned, "_within_reach", lambda *_: known.moved(0.05, known.reach) / 0.05)
     monkeypatch.setattr(earned, "_shows", lambda *_: True)
     one = Shows("coulomb", "joint", "torque of joint", "coulomb", 0.05 * shows_from, "N m", 0.05)

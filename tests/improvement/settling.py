@@ -150,8 +150,8 @@ def menu(one: Open, task: DesignTask) -> list[tuple[Design, Experiment]]:
         rehearsal = rehearse(experiment, settings, task.question.model)
         refused = task.budgets.refusal(experiment, rehearsal, settings.rate_hz, 0.0)
         if rehearsal.table is not None and refused is None:
-            expected = separation_of(task.question, rehearsal.table).expected()
-            found.append((Design(no_motion, expected, 0.0, experiment.duration_s(settings.rate_hz)), experiment))
+            shown, seconds = separation_of(task.question, rehearsal.table), experiment.duration_s(settings.rate_hz)
+            found.append((Design(no_motion, shown.expected(), shown.needed(), seconds), experiment))
     return sorted(found, key=lambda entry: -entry[0].per_second)
 
 

@@ -77,7 +77,9 @@ def test_the_true_error_is_told_first_and_loops_that_do_not_extrapolate_are_told
     # an attitude that is 5 ms old and told a hundred times a second is not seen by the host
     assert true > 2.0 * seen
     peak = found["settled_true_peak_urad"]
-    assert f"within {true:.1f} µrad (" in said and f"°) rms, {peak:.0f} µrad (" in said and "of true error (as" in said
+    rms_deg, peak_deg = (f"{math.degrees(1e-6 * one):.2g}°" for one in (true, peak))
+    told = f"within {true:.1f} µrad ({rms_deg}) rms and {peak:.0f} µrad ({peak_deg}) at most of true error (as host"
+    assert told in said
     assert "gimbal-hil tune --for pointing" in said
     assert run("point", [*words, "--config", str(_extrapolating(tmp_path)), "--force"]) == 0
     assert "tune --for pointing" not in capsys.readouterr().out

@@ -73,11 +73,8 @@ def _paid_with(tuning: Tuning, assumed: int) -> list[str]:
             f"{less_gain:.1f} does; a phase of {phase:.0f} degrees, now {less_phase:.0f}."
         )
     if assumed:
-        found.append(f"{counted(assumed, 'number')} that the margins hang on {_BE[assumed > 1]} assumed, not measured.")
+        found.append(f"The margins stand on {counted(assumed, 'number')} of the model that nobody measured.")
     return found
-
-
-_BE = {False: "is", True: "are"}
 
 
 def _rms(found: ArenaResult, scenario: str, name: str) -> float:

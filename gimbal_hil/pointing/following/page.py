@@ -147,21 +147,16 @@ def summary(name: str, figures: PointingFigures) -> str:
     return f"{name}: acquired after {figures.acquired_after_s:.2f} s, then within {_error(figures)} and {muted}."
 
 
-_MICRO_DEGREES = math.degrees(1e-6)
-
-
 def _error(figures: PointingFigures) -> str:
     """The true error where it is known, that which host and encoders see behind it."""
     judged = _judged(figures)
     seen = f"{judged.rms:.1f} µrad rms, {judged.peak:.0f} at most"
-    degrees = [_MICRO_DEGREES * one for one in (judged.true_rms, judged.true_peak)]
     since = "" if judged.settled else " from then on (it ended before the axes had settled)"
     if math.isnan(figures.true_rms_urad):
         return f"{seen} as host and encoders see it{since} (the base's true motion is not known),"
-    true = (
-        f"{judged.true_rms:.1f} µrad ({degrees[0]:.2g}°) rms, {judged.true_peak:.0f} µrad ({degrees[1]:.2g}°) at most"
-    )
-    return f"{true} at most of true error (as host and encoders measure it: {seen}){since},"
+    rms, peak = (math.degrees(1e-6 * one) for one in (judged.true_rms, judged.true_peak))
+    true = f"{judged.true_rms:.1f} µrad ({rms:.2g}°) rms and {judged.true_peak:.0f} µrad ({peak:.2g}°) at most"
+    return f"{true} of true error (as host and encoders measure it: {seen}){since},"
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -33,6 +34,8 @@ from sim_backend.effects import CATALOGUE, Effect, Knob, Move
 from sim_backend.model import AntennaModel
 
 _FACTORS = (0.5, 2.0)
+#: the fit of the other known numbers, and those that are the number itself
+_Without: TypeAlias = tuple[Fit, tuple[KnownNumber, ...]]
 
 
 @dataclass(frozen=True)
@@ -68,22 +71,19 @@ def hidden_errors(
     ]
     weighing = weighing_of(inquiry, null)
     slopes = dict(zip(null.held.floating, slopes_of_hold_out(inquiry, null), strict=True))
-    return tuple(
-        label
-        for label in asked
-        if label not in families
-        or _shows_late(inquiry, null, families[label], shares.get(label))
-        or not all(_shows(inquiry, null, weighing, slopes, families[label], factor) for factor in _FACTORS)
-    )
+
+    def shows(family: Family) -> bool:
+        without = without_own(inquiry, null, family)
+        late = _shows_late(inquiry.twin.model, family, without[1], shares.get(family.label))
+        return not late and all(_shows(inquiry, null, weighing, slopes, family, without, of) for of in _FACTORS)
+
+    return tuple(label for label in asked if label not in families or not shows(families[label]))
 
 
-def _shows_late(inquiry: Inquiry, null: State, family: Family, share: float | None) -> bool:
+def _shows_late(model: AntennaModel, family: Family, own: tuple[KnownNumber, ...], share: float | None) -> bool:
     """Whether a number shows from more than a half beyond the share by which it moves within its own uncertainty."""
-    if share is None:
-        return False
-    _, own = without_own(inquiry, null, family)
-    taken = _within_reach(inquiry.twin.model, family, own, max(_FACTORS)) - 1.0
-    return share > taken + 1.0 - min(_FACTORS)
+    taken = _within_reach(model, family, own, max(_FACTORS)) - 1.0
+    return share is not None and share > taken + 1.0 - min(_FACTORS)
 
 
 def _is_stated(model: AntennaModel, axis: str, effect: Effect) -> bool:
@@ -97,17 +97,18 @@ def number_errors(inquiry: Inquiry, null: State, labels: tuple[tuple[str, str], 
     number allows as much.
     """
     families = {family.label: family for family in inquiry.families}
-    both = {
-        label: [_error(inquiry, null, families[label], factor) for factor in _FACTORS]
-        for label in labels
-        if label in families
-    }
+    both = {label: _errors(inquiry, null, families[label]) for label in labels if label in families}
     return tuple(one for errors in both.values() if None not in errors for one in errors if one is not None)
 
 
-def _error(inquiry: Inquiry, null: State, family: Family, factor: float) -> NumberError | None:
+def _errors(inquiry: Inquiry, null: State, family: Family) -> list[NumberError | None]:
+    without = without_own(inquiry, null, family)
+    return [_error(inquiry, family, without, factor) for factor in _FACTORS]
+
+
+def _error(inquiry: Inquiry, family: Family, without: _Without, factor: float) -> NumberError | None:
     """A number that is off by a factor; None where what the model says of it allows as much: nothing would be told."""
-    bare, own = without_own(inquiry, null, family)
+    bare, own = without
     near = _within_reach(inquiry.twin.model, family, own, factor)
     if (near - factor) * (factor - 1.0) >= 0.0:
         return None
@@ -121,10 +122,11 @@ def _shows(
     weighing: Weighing,
     slopes: dict[KnownNumber, Floats],
     family: Family,
+    without: _Without,
     factor: float,
 ) -> bool:
     """Whether a number that is off by a factor would have left a gap."""
-    error = _error(inquiry, null, family, factor)
+    error = _error(inquiry, family, without, factor)
     if error is None:
         return False
     fitted, held = (error.on(twin, inquiry.floor) for twin in (inquiry.twin, inquiry.holdout))

@@ -8,13 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import noise_of_motion, torque_residual
-from gimbal_hil.knowledge.discrepancy.inquiry import BLOCK_S, DRAWS, Inquiry, State
+from gimbal_hil.knowledge.discrepancy.inquiry import BLOCK_S, DRAWS, LEAST_GAP, Inquiry, State
 from gimbal_hil.knowledge.discrepancy.judgement import Result
 from gimbal_hil.knowledge.discrepancy.twin import Floats
 from gimbal_hil.knowledge.estimation import block_sums
 
-#: floors above which a channel still has a gap beside what is told
-STILL_A_GAP = 1.5
 #: the gap over its floor below which a share means nothing
 _A_GAP = 1.1
 #: a floor is another than the one that was computed from this share of it down
@@ -51,7 +49,7 @@ def largest(gaps: Sequence[Gap]) -> Gap:
 
 def still_open(gaps: Sequence[Gap]) -> list[Gap]:
     """Those that what is told leaves above the limit, the largest first; in floors of the model with it."""
-    left = [gap for gap in gaps if gap.after > STILL_A_GAP * gap.noise_floor_after]
+    left = [gap for gap in gaps if gap.after > LEAST_GAP * gap.noise_floor_after]
     return sorted(left, key=lambda gap: -gap.after / gap.noise_floor_after)
 
 
