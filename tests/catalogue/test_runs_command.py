@@ -116,7 +116,7 @@ def test_models_are_told_apart_in_words_and_every_key_is_kept_for_programs(
     said = capsys.readouterr().out.splitlines()
     assert said[:2] == [
         "No figure differs.",
-        "Set otherwise: model (plain, then rich: 2 effects more, 2 other numbers); seed (1, then 7).",
+        "Set otherwise: model (plain, then rich: 2 effects only in the second, 2 other numbers); seed (1, then 7).",
     ]
     rows = [line for line in said if " | " in line]
     assert rows == [

@@ -149,7 +149,8 @@ def _set_otherwise(found: Comparison) -> str:
     if any(key.startswith("model.") for key in rows):
         numbers = [key for key in rows if key.startswith("model.") and key not in ("model.name", EFFECTS)]
         names = ", then ".join(rows.get("model.name", ()))
-        more = [words.partition(":")[0] for words in rows.get(EFFECTS, ()) if words != ABSENT]
+        of_each = zip(("first", "second"), rows.get(EFFECTS, ()), strict=False)
+        more = [f"{words.partition(' more')[0]} only in the {which}" for which, words in of_each if words != ABSENT]
         more += [counted(len(numbers), "number" if not more else "other number")] if numbers else []
         told.append(f"model ({': '.join(filter(None, (names, ', '.join(more))))})")
     told += [f"{words} {_pair(rows[key])}" for key, words in _IN_WORDS.items() if key in rows]
