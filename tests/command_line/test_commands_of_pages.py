@@ -131,6 +131,8 @@ NOT_HERE = {
     r"--over-temperature": "logs of several temperatures, tests/identification",
     r"--certify": "minutes of flights, tests/pointing",
     r"^service install$": "the name of a command, tests/deployment",
+    r"^check a\.\S+ b\.": "recordings that the page has, in its order, tests/docs/test_raw_files.py",
+    r"--fail-on|^experiment step .*--out runs/golden": "the page in its order, tests/docs/test_run_in_ci.py",
     r"^foxglove\b": "a running daemon, tests/foxglove",
     r"^mavlink\b": "two processes in real time, tests/mavlink",
 }
