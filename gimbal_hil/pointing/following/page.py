@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gimbal_hil.data.runs import AXES
-from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, Text, Tiles, counted
+from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, Text, Tiles, counted, quantity
 from gimbal_hil.pointing.following.judging import HeldTrace, MuteChange, PointingFigures
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def write_page(
         errors.insert(0, (judged.true_rms, f"rms {judged.word}, {truly}"))
         errors[-1] = (judged.true_peak, f"peak {judged.word}, {truly}")
     tiles = [
-        *((f"{value:.3g} µrad" if acquired else "none", words) for value, words in errors),
+        *((quantity(1e-6 * value, "rad") if acquired else "none", words) for value, words in errors),
         (f"{figures.muted_after_acquisition_s:.2f} s" if acquired else "none", "muted after the acquisition"),
         (f"{figures.acquired_after_s:.2f} s" if acquired else "never", "until acquired"),
     ]
