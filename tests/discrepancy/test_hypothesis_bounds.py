@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,6 +24,7 @@ from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import (
     parameters_of,
     values_of,
 )
+from gimbal_hil.knowledge.discrepancy.judgement import intervals
 from gimbal_hil.knowledge.discrepancy.twin.number_slots import read_number, write_number
 from gimbal_hil.knowledge.discrepancy.twin.record import record_of
 from gimbal_hil.knowledge.discrepancy.twin.twin import Twin
@@ -172,3 +175,35 @@ def test_at_the_edge_of_what_bodies_there_are_a_derivative_is_one_of_what_is_ins
     size = np.linalg.norm(inside, axis=0)
     assert np.all(size[1:] > 0.0)
     assert np.linalg.norm(edge - inside, axis=0) == pytest.approx(0.0, abs=0.2 * float(size.max()))
+
+
+@pytest.mark.parametrize(
+    ("effect", "inside", "error", "reaches"),
+    [
+        # a tenth of a step from the end of each of its coordinates, with an interval beyond it or not
+        ("structural_resonance", 0.1, 0.05, ("inertia_share",)),
+        ("structural_resonance", 0.1, 0.03, ()),
+        # a bump of friction whose speed nobody knows is a bump all the same
+        ("stribeck", 0.1, 0.05, ()),
+    ],
+)
+def test_a_strength_whose_interval_reaches_the_end_of_what_is_sought_stands_at_it(
+    effect: str, inside: float, error: float, reaches: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    family = named(twin_of(shipped_model()), effect)
+    other = Cause(family, tuple(knob.low for knob in family.knobs))
+    cause = Cause(family, tuple(knob.high - inside for knob in family.knobs))
+    size = len(other.x) + len(cause.x)
+    monkeypatch.setattr(intervals, "covariance", lambda *_: error**2 * np.eye(size))
+    state: Any = SimpleNamespace(hypothesis=Hypothesis((other, cause)))
+    inquiry: Any = None
+    assert intervals.strengths_to_their_end(inquiry, state, 1) == reaches
+
+
+def test_nothing_is_no_end_of_a_strength(monkeypatch: pytest.MonkeyPatch) -> None:
+    family = named(twin_of(shipped_model()), "structural_resonance")
+    cause = Cause(family, tuple(0.5 * (knob.low + min(knob.high, 1.0)) for knob in family.knobs[:2]) + (0.01,))
+    monkeypatch.setattr(intervals, "covariance", lambda *_: np.eye(len(cause.x)))
+    state: Any = SimpleNamespace(hypothesis=Hypothesis((cause,)))
+    inquiry: Any = None
+    assert intervals.strengths_to_their_end(inquiry, state, 0) == ()

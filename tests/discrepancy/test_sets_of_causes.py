@@ -312,5 +312,6 @@ def test_friction_that_takes_all_that_the_motor_gives_stands_at_a_bound(
     inquiry: Any = SimpleNamespace(twin=SimpleNamespace(model=model))
     ends = {"coulomb": (0.9 * high, high), "breakaway": (0.0, 0.0), "viscous": (0.9 * high, high)}
     monkeypatch.setattr(judging, "parameter_intervals", lambda *_: ends)
+    monkeypatch.setattr(judging, "strengths_to_their_end", lambda *_: ())
     monkeypatch.setattr(judging, "at_bound", lambda *_: ())
     assert judging._at_bound(inquiry, a_state((effect, "outer")), (0,)) == stands

@@ -47,6 +47,11 @@ def test_a_number_that_is_nothing_within_its_interval_has_no_digits() -> None:
     assert "bias 5 mrad/s" in wording.headline(_bias(5e-3, 4.9e-3, 5.1e-3))
 
 
+def test_a_number_that_is_known_to_a_factor_is_told_by_its_ends_and_never_as_nothing() -> None:
+    assert "bias 1 mrad/s to 9 mrad/s (model: 4 mrad/s)" in wording.headline(_bias(3e-3, 1e-3, 9e-3))
+    assert "bias -9 mrad/s to -1 mrad/s" in wording.headline(_bias(-3e-3, -9e-3, -1e-3))
+
+
 def test_the_page_says_each_cause_on_a_line_and_a_contradiction_once() -> None:
     effects = [_bias(5e-3, 4.9e-3, 5.1e-3), _bias(6e-3, 5.9e-3, 6.1e-3)]
     against = {"rule": "break_away", "axis": "EL", "text": "breaks away too early: see there"}

@@ -153,6 +153,24 @@ def strength_error(inquiry: Inquiry, state: State, index: int) -> float:
     return min(*shares, _ALL) if shares else 0.0
 
 
+def strengths_to_their_end(inquiry: Inquiry, state: State, index: int) -> tuple[str, ...]:
+    """Strengths of a cause whose interval reaches an end up to which they were sought, where that is not nothing. Of
+    numbers of the model it is not asked: all of them are strengths there, also the speed of a bump.
+    """
+    causes = state.hypothesis.causes
+    family, first = causes[index].family, sum(len(cause.x) for cause in causes[:index])
+    strengths = {parameter.name for parameter in CATALOGUE[family.effect].strengths}
+    if CATALOGUE[family.effect].is_number:
+        return ()
+    reaches = _REACH * np.sqrt(np.maximum(np.diag(covariance(inquiry, state)), 0.0))[first:]
+    found = []
+    for knob, x, reach in zip(family.knobs, causes[index].x, reaches, strict=False):
+        ends = [end for end in knob.telling_ends if knob.move is not Move.ADD or end != knob.nothing]
+        if any(abs(x - end) <= reach for end in ends):
+            found += [name for name in knob.parameters if name in strengths]
+    return tuple(found)
+
+
 def _error(slope: Floats, spread: Floats) -> float:
     return float(np.sqrt(max(float(slope @ spread @ slope), 0.0)))
 

@@ -27,7 +27,11 @@ from gimbal_hil.knowledge.discrepancy.inquiry import (
 )
 from gimbal_hil.knowledge.discrepancy.judgement.exhaustion import Predictable, predictable
 from gimbal_hil.knowledge.discrepancy.judgement.gap import channels_with_a_gap
-from gimbal_hil.knowledge.discrepancy.judgement.intervals import parameter_intervals, strength_error
+from gimbal_hil.knowledge.discrepancy.judgement.intervals import (
+    parameter_intervals,
+    strength_error,
+    strengths_to_their_end,
+)
 from gimbal_hil.knowledge.discrepancy.judgement.rivals import Rival, rivals_of
 from gimbal_hil.knowledge.discrepancy.judgement.steadiness import unevenness
 from gimbal_hil.knowledge.discrepancy.search import Path, control_share, curve_does_as_well, orders_make_a_series
@@ -172,28 +176,29 @@ def _own_variables(effect: str) -> frozenset[Variable]:
 
 
 def _at_bound(inquiry: Inquiry, state: State, entries: tuple[int, ...]) -> tuple[str, ...]:
-    """What of a cause may go no further: numbers, friction that takes all that the motor gives, or how many orders a
-    ripple has, of which enough draw any curve.
+    """What of a cause may go no further: numbers, strengths of which no end is known, or how many orders a ripple has,
+    of which enough draw any curve.
     """
     many = ("number of orders",) if len(entries) >= MOST_ENTRIES else ()
     found = at_bound(inquiry.twin, state.hypothesis, entries[0])
-    stuck = (name for name in _beyond_the_motor(inquiry, state, entries[0]) if name not in found)
+    stuck = (name for name in _beyond_its_end(inquiry, state, entries[0]) if name not in found)
     return (*found, *stuck, *many)
 
 
-def _beyond_the_motor(inquiry: Inquiry, state: State, index: int) -> tuple[str, ...]:
-    """Friction levels of a cause whose interval reaches the largest torque of the motor: a joint that stands at it says
-    no more than that its friction is no less.
+def _beyond_its_end(inquiry: Inquiry, state: State, index: int) -> tuple[str, ...]:
+    """Strengths of a cause whose interval reaches the end up to which they were sought, and friction levels whose
+    interval reaches the largest torque of the motor: that says no more than that it is no less.
     """
+    sought = strengths_to_their_end(inquiry, state, index)
     model, (effect, axis) = inquiry.twin.model, state.hypothesis.labels[index]
     limit = model.number(axis, "actuator.limit")
     levels = [
         p.name for p in CATALOGUE[effect].parameters if p.unit == "N m" and (p.path or "").startswith("friction.")
     ]
     if not limit or not levels:
-        return ()
+        return sought
     reach = parameter_intervals(inquiry, state, index)
-    return tuple(name for name in levels if reach[name][1] >= limit)
+    return (*sought, *(name for name in levels if name not in sought and reach[name][1] >= limit))
 
 
 def _any_curve(inquiry: Inquiry, without: State, state: State, entries: tuple[int, ...]) -> bool:

@@ -278,12 +278,21 @@ def _shows(number: Json) -> bool:
 
 
 def _number(name: str, number: Json) -> str:
-    value, nominal, spread = number["value"], number["nominal"], 0.5 * (number["high"] - number["low"])
-    # what is nothing within its interval has no digits of its own
-    value = f"0 \u00b1 {quantity(spread, number['unit'])}" if abs(value) < spread else quantity(value, number["unit"])
+    value, unit, nominal = _as_known(number), number["unit"], number["nominal"]
     # "8 per turn" says what it is
-    said = value if number["unit"].startswith("1/") else f"{name.replace('_', ' ')} {value}"
-    return said if nominal is None else f"{said} (model: {quantity(nominal, number['unit'])})"
+    said = value if unit.startswith("1/") else f"{name.replace('_', ' ')} {value}"
+    return said if nominal is None else f"{said} (model: {quantity(nominal, unit)})"
+
+
+def _as_known(number: Json) -> str:
+    """A value where its interval is narrower than it, else how far the interval goes."""
+    value, low, high, unit = (number[key] for key in ("value", "low", "high", "unit"))
+    spread = 0.5 * (high - low)
+    if abs(value) >= spread:
+        return quantity(value, unit)
+    # what is nothing within its interval has no digits of its own; of a factor half as much and twice are as near
+    nothing = low <= 0.0 <= high
+    return f"0 \u00b1 {quantity(spread, unit)}" if nothing else f"{quantity(low, unit)} to {quantity(high, unit)}"
 
 
 def _floors(gap: Gap) -> str:
