@@ -11,7 +11,7 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.loop.settings import shipped_settings_path
-from gimbal_hil.pages.report import Page
+from gimbal_hil.pages.report import Callout, Page
 from gimbal_hil.pointing.arena import (
     CONTROLLERS,
     Score,
@@ -30,7 +30,8 @@ from gimbal_hil.pointing.arena import (
     shipped_scenarios,
     with_wrong_model,
 )
-from gimbal_hil.pointing.arena.trial import segments_for
+from gimbal_hil.pointing.arena.arena import ArenaResult
+from gimbal_hil.pointing.arena.trial import TrialOutcome, segments_for
 from gimbal_hil.surface.cli import main
 from sim_backend.model import shipped_model
 from tests.parts import heavy_but
@@ -135,6 +136,19 @@ def test_the_arena_puts_controllers_beside_each_other_and_names_the_worst_row() 
     page = Page("Arena", "", arena_blocks(found)).render()
     assert "table 3.2, case 4" in page and "shipped" in page
     assert all(scenario.score is Score.TRACK for scenario in picked)
+
+
+def test_steps_alone_are_answered_by_who_settles_in_all_of_them() -> None:
+    picked = chosen(shipped_scenarios(), "steps: inner")[:1]
+    one = TrialOutcome(picked[0].name, "cascade", "thesis", 1, los_rms=1e-6, overshoot=0.0, settling_s=0.5)
+    never = replace(one, controller="shipped", overshoot=9.0, settling_s=float("inf"))
+    found = ArenaResult(
+        tuple(picked), ("thesis",), (("outer", "inner"),), entrants(("cascade", "shipped")), 1, (one, never)
+    )
+    blocks = arena_blocks(found)
+    assert isinstance(blocks[0], Callout)
+    assert blocks[0].text.startswith("cascade settles soonest on thesis: its slowest step takes 0.50 s")
+    assert "Not settled in every step: shipped." in blocks[0].text and "inf" not in arena_text(found)
 
 
 def test_the_command_writes_table_page_and_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

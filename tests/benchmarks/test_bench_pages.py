@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from gimbal_hil.loop.timing.miss_causes import MissCause
 from gimbal_hil.pages.report import Callout
+from gimbal_hil.proof.bench.faults import FaultOutcome, Motion, Transport, fault_rows, matrix_blocks
 from gimbal_hil.proof.bench.figures import Figure, Goal, GoalKind
 from gimbal_hil.proof.bench.real_time import RealTime
 from gimbal_hil.proof.bench.real_time_page import real_time_blocks, real_time_text
 from gimbal_hil.proof.bench.results import bench_page, bench_text, speed_blocks
 from gimbal_hil.proof.bench.search import Cost, SearchFigures
 from gimbal_hil.proof.bench.search_page import search_blocks, search_text
+from gimbal_hil.proof.bench.soak_page import soak_blocks
 from gimbal_hil.surface.cli.app import run
 
 
@@ -35,7 +38,11 @@ def test_the_real_time_page_tells_own_misses_from_all_and_the_ratio_to_the_c_loo
     assert json.loads(json.dumps(found.as_dict()))["missed_by_cause"]["preemption"] == 7
     assert "own computing" in real_time_text([found])
     page = bench_page(real_time_blocks([found]), "gimbal-hil bench realtime").render()
-    assert "1 ticks missed for reasons of the daemon" in page and "C loop, unix 1000 Hz" in page
+    assert (
+        "1 tick missed for reasons of the daemon" in page
+        and ">Deadlines in real time</h1>" in page
+        and "C loop, unix 1000 Hz" in page
+    )
 
 
 def test_cost_in_proportion_has_the_power_one() -> None:
@@ -58,7 +65,24 @@ def test_the_speed_page_begins_with_the_targets_that_were_met_and_missed() -> No
     figures = [Figure(f"part {n}", 1.0, "ns", "a sine", 2.0, 1.5, 2.5, 9, goal) for n, goal in enumerate(goals)]
     first = speed_blocks(figures)[0]
     assert isinstance(first, Callout) and first.tone == "warning"
-    assert first.text.startswith("1 of 2 targets met on this machine. Missed: part 1: 1 ns")
+    assert first.text.startswith("1 of 2 targets met on this machine.\nMissed: part 1: 1 ns")
+
+
+def test_the_page_of_faults_begins_with_which_came_nearest_or_did_not_end_as_it_must() -> None:
+    row = next(one for one in fault_rows() if one.motion is Motion.FAST)
+    right = FaultOutcome(row, Transport.CAN, "runaway", 0.5 * row.safe_s, 0.1, 0.0, 0.1 * row.travel_rad, True, "")
+    page = bench_page(matrix_blocks([right]), "gimbal-hil bench faults").render()
+    assert ">Faults</h1>" in page and "All 1 faults on can ended safely and within their bounds, the slowest" in page
+    wrong = replace(right, transport=Transport.SERIAL, problem="not safe")
+    first = matrix_blocks([right, wrong])[0]
+    assert isinstance(first, Callout) and first.tone == "bad"
+    assert first.text.endswith(f"The first: {row.name} on serial: not safe.")
+
+
+def test_a_soak_says_first_what_was_wrong() -> None:
+    good, bad = (soak_blocks("1 h of antenna time: 2 ticks\nWRONG: late", problems)[0] for problems in ([], ["late"]))
+    assert isinstance(good, Callout) and good.text == "Nothing was wrong in 1 h of antenna time: 2 ticks."
+    assert isinstance(bad, Callout) and (bad.text, bad.tone) == ("Late.", "bad")
 
 
 @pytest.mark.parametrize("words", [["sleep"], ["blind"], ["realtime", "--link", "smoke_signals", "--seconds", "1"]])

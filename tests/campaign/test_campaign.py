@@ -74,7 +74,7 @@ def test_a_row_has_what_was_drawn_and_what_was_measured(plan: Path, tmp_path: Pa
     page = (tmp_path / "report.html").read_text()
     assert (
         "40 antennas and the nominal one: all finished the experiment. Drawn for each: " in page
-        and " Differs most: " in page
+        and " differs most from antenna to antenna: " in page
     )
 
 

@@ -87,9 +87,15 @@ LINES = [
     following.after_drive_tables(Path("m.yaml"), Path("c.yaml"), Path("tables"), True),
     following.after_effects(None, None),
     following.after_effects("cogging", "full_turn"),
-    following.after_bench("speed", True, 9, None, None),
-    following.after_bench("speed", True, 27, Path("b"), None),
-    following.after_bench("pointing", False, 9, None, Path("c.yaml")),
+    following.after_campaign("step", 12, Path("c"), {"spread": ["all=5%"], "short": True, "seed": 0}),
+    following.after_campaign("step", 1000, Path("c"), {"spread": ["all=5%"], "seed": 0}),
+    following.closer_to_speed(9, None),
+    following.closer_to_speed(27, Path("b")),
+    following.closer_to_faults("c"),
+    following.closer_to_soak("serial"),
+    following.closer_to_soak(None),
+    following.closer_to_trip("thesis", "realistic", "steps: 0.1 rad"),
+    following.after_bench(False, "gimbal-hil bench faults", Path("c.yaml")),
     following.after_doctor(None, False),
     following.after_doctor(Path("c.yaml"), True),
     following.after_doctor(Path("c.yaml"), False, True, True),
@@ -223,12 +229,18 @@ def test_an_antenna_that_does_not_answer_is_rehearsed_or_looked_for_again(tmp_pa
     assert "--lockstep" in following.after_doctor(config, False)
 
 
-def test_a_target_of_speed_that_was_missed_is_measured_with_more_pairs_and_not_looked_for_in_the_machine() -> None:
-    assert following.after_bench("speed", True, 9, None, None) == "gimbal-hil bench speed --repeats 27 --out bench"
-    assert following.after_bench("speed", True, 9, Path("b"), None).endswith(" --out b --force")
-    assert following.after_bench("speed", True, 27, None, None) == "gimbal-hil bench realtime"
-    for what, missed in (("speed", False), ("realtime", True)):
-        assert following.after_bench(what, missed, 9, None, None) == "gimbal-hil doctor"
+def test_a_target_that_was_missed_is_looked_at_closer_and_not_looked_for_in_the_machine(tmp_path: Path) -> None:
+    assert following.closer_to_speed(9, None) == "gimbal-hil bench speed --repeats 27 --out bench"
+    assert following.closer_to_speed(9, Path("b")).endswith(" --out b --force")
+    assert following.closer_to_speed(27, None) == "gimbal-hil bench realtime"
+    assert following.after_bench(True, "gimbal-hil bench faults", None) == "gimbal-hil bench faults"
+    for missed, closer in ((False, "gimbal-hil bench faults"), (True, "")):
+        assert following.after_bench(missed, closer, None) == "gimbal-hil doctor"
+    config = tmp_path / "antenna.yaml"
+    config.write_text("", encoding="utf-8")
+    tuned = following.closer_to_trip(str(config), "realistic", "steps")
+    assert tuned.startswith(f"gimbal-hil tune --config {config} --model realistic")
+    assert following.closer_to_trip("thesis", "realistic", "steps").startswith("gimbal-hil bench pointing --controller")
 
 
 def test_names_with_blanks_are_quoted_as_a_shell_wants_them() -> None:

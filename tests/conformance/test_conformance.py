@@ -48,6 +48,11 @@ def test_the_virtual_antenna_meets_every_requirement_and_leaves_its_evidence(
     assert (suite.get("tests"), suite.get("failures")) == (str(len(BY_ID)), "0")
 
 
+def test_an_axis_is_told_by_its_name() -> None:
+    bench = Bench(InStep(BROKEN["T-01"](), "broken", 1000.0), axes=("azimuth", "elevation"))
+    assert bench.check(BY_ID["T-01"]).text.startswith("elevation: ")
+
+
 @pytest.mark.parametrize("number", sorted(BROKEN))
 def test_an_antenna_that_breaks_a_requirement_fails_it(number: str) -> None:
     bench = Bench(InStep(BROKEN[number](), "broken", 1000.0))

@@ -68,8 +68,8 @@ def test_keys_act_and_lamps_tell_a_tripped_guard(tmp_path: Path) -> None:
             daemon.until_state(client, "idle", "stopping")
             client.request("quick_stop")
             daemon.until_state(client, "fault")
-            browser.until("document.querySelector('#facts').textContent.includes('fault (operator)')")
-            assert lamp(browser, "state").startswith("lamp red: state fault")
+            browser.until("document.querySelector('#facts').textContent.includes('quick stop by an operator')")
+            assert lamp(browser, "state").startswith("lamp red: state quick stop")
             # on a phone nothing is wider than the screen, and the stop is in view
             browser.resize(390, 800)
             browser.until("document.documentElement.scrollWidth <= 390")

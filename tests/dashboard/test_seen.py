@@ -19,7 +19,7 @@ from gimbal_hil.pages.antenna import ANTENNA_SCRIPT
 from gimbal_hil.realtime.dashboard.page import PAGE
 from gimbal_hil.realtime.dashboard.server import live
 from gimbal_hil.realtime.service.service import limits_in_force
-from gimbal_hil.realtime.telemetry import LiveView, trouble_of
+from gimbal_hil.realtime.telemetry import LiveView, told_state, trouble_of
 from gimbal_hil.realtime.telemetry.records import Exchange
 from tests.browser import CHROMIUM, Browser
 
@@ -204,6 +204,12 @@ def test_a_stop_is_told_in_the_words_of_its_guard_and_since_when() -> None:
     assert (
         operator is not None and "operator" in operator.what and trouble_of("stopping", "operator", "", "", 1.0) is None
     )
+    assert told_state("fault", "operator") == operator.what
+    assert [told_state(*one) for one in (("idle", "none"), ("active", "operator"), ("fault", "gyro_stuck"))] == [
+        "idle",
+        "active, by an operator's command",
+        "fault, by gyro stuck",
+    ]
     view, row = LiveView(1_000_000), np.zeros(1, TICK_ROW)
     row["host_state"] = HostState.STOPPING
     for seconds, state in ((2, "stopping"), (3, "fault"), (9, None)):

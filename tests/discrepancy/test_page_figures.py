@@ -59,7 +59,9 @@ def test_slices_with_few_rows_are_joined_with_the_next_and_no_row_is_lost() -> N
 
 def test_the_page_shows_the_gap_that_its_text_speaks_of() -> None:
     def gap(signal: str, before: float, after: float) -> Gap:
-        return Gap("outer", signal, "N m", (0.0, 40.0), before, before, after, 1.0, 1.0, "", 0.0, None, None, None)
+        return Gap(
+            "outer", signal, "N m", (0.0, 40.0), before, before, after, 1.0, 1.0, "", 0.0, *[None] * 3, before, before
+        )
 
     torque, rate = gap("torque", 90.0, 30.0), gap("rate_error", 190.0, 190.0)
     assert closed_most((rate, torque)) is torque and largest((torque, rate)) is rate

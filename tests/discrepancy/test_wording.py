@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 from gimbal_hil.knowledge.discrepancy.judgement import Kind, Status
-from gimbal_hil.knowledge.discrepancy.verdict import wording
+from gimbal_hil.knowledge.discrepancy.verdict import headlines, wording
 from gimbal_hil.knowledge.discrepancy.verdict.discrepancy_page import _said
 from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, share_text
 from gimbal_hil.knowledge.discrepancy.verdict.torque_times import _or_in_the_log
@@ -24,10 +24,37 @@ def told(effect: str, axis: str, *rivals: tuple[str, str]) -> Any:
 def test_an_effect_on_two_axes_has_the_alternatives_of_its_own_axis() -> None:
     both = (told("coulomb", "AZ", ("viscous", "AZ")), told("coulomb", "EL", ("stribeck", "EL")))
     result: Any = SimpleNamespace(suspected_only=False, told=both)
-    first, second = (f"{line.strip()}." for line in wording._doubts(result).split(".")[:2])
+    # the answer says which cannot be told apart, and the grounds do not say it again
+    assert wording._doubts(result) == ""
+    number = {"value": 0.3, "low": 0.3, "high": 0.3, "unit": "N m", "nominal": 0.25}
+    same = {"parameters": {"coulomb": number}, "status": "ambiguous", "probability": 0.5}
+    effects = [{"name": "coulomb", "axis": axis, **same} for axis in ("AZ", "EL")]
+    others = [
+        {"name": name, "axis": axis, "instead_of": "coulomb", "instead_of_axis": axis, **same}
+        for name, axis in (("viscous", "AZ"), ("stribeck", "EL"))
+    ]
+    said = headlines.answer_of(effects, others).splitlines()
     # names of axes stay as they are written
-    assert first.startswith("Coulomb on AZ cannot be told from viscous on AZ on this data")
-    assert second.startswith("Coulomb on EL cannot be told from stribeck on EL on this data")
+    assert said[0] == "Coulomb or viscous on AZ: these logs cannot tell which."
+    assert said[3] == "Coulomb or stribeck on EL: these logs cannot tell which."
+    assert headlines.answer_of(effects[:1], []).startswith("Suspected: Coulomb on AZ: coulomb 0.3 N m (model")
+
+
+def test_of_many_causes_each_has_a_short_line_with_its_size_and_the_spread_of_that() -> None:
+    def number(value: float, unit: str) -> dict[str, object]:
+        return {"value": value, "low": 0.99 * value, "high": 1.01 * value, "unit": unit, "nominal": None}
+
+    mode = {"antiresonance_frequency": number(55.0, "Hz"), "inertia_share": number(0.1, "1")}
+    ripple = {"amplitude": number(0.08, "N m"), "order": number(36.0, "1/turn")}
+    both = [("structural_resonance", mode), ("cogging", ripple)]
+    told = {"axis": "EL", "status": "named", "probability": 0.97}
+    effects = [{"name": name, "parameters": parameters, **told} for name, parameters in both]
+    short = headlines.answer_of([*effects, effects[0]], []).splitlines()
+    assert short[:2] == [
+        "Structural resonance on EL: antiresonance frequency 55 Hz (54.5 to 55.5); probability 0.97.",
+        "Cogging on EL: amplitude 80 mN m (79.2 to 80.8), 36 per turn; probability 0.97.",
+    ]
+    assert "inertia share 0.1; probability" in headlines.answer_of(effects, [])
 
 
 def test_an_effect_that_was_asked_for_and_not_tested_is_told_with_the_reason() -> None:
@@ -43,19 +70,19 @@ def _bias(value: float, low: float, high: float) -> dict[str, Any]:
 
 
 def test_a_number_that_is_nothing_within_its_interval_has_no_digits() -> None:
-    assert "bias 0 ± 10 µrad/s (model: 4 mrad/s)" in wording.headline(_bias(1e-6, -9e-6, 1.1e-5))
-    assert "bias 5 mrad/s" in wording.headline(_bias(5e-3, 4.9e-3, 5.1e-3))
+    assert "bias 0 ± 10 µrad/s (model: 4 mrad/s)" in headlines.headline(_bias(1e-6, -9e-6, 1.1e-5))
+    assert "bias 5 mrad/s (4.9 to 5.1; model: 4 mrad/s)" in headlines.headline(_bias(5e-3, 4.9e-3, 5.1e-3))
 
 
 def test_a_number_that_is_known_to_a_factor_is_told_by_its_ends_and_never_as_nothing() -> None:
-    assert "bias 1 mrad/s to 9 mrad/s (model: 4 mrad/s)" in wording.headline(_bias(3e-3, 1e-3, 9e-3))
-    assert "bias -9 mrad/s to -1 mrad/s" in wording.headline(_bias(-3e-3, -9e-3, -1e-3))
+    assert "bias 1 mrad/s to 9 mrad/s (model: 4 mrad/s)" in headlines.headline(_bias(3e-3, 1e-3, 9e-3))
+    assert "bias -9 mrad/s to -1 mrad/s" in headlines.headline(_bias(-3e-3, -9e-3, -1e-3))
 
 
 def test_the_page_says_each_cause_on_a_line_and_a_contradiction_once() -> None:
     effects = [_bias(5e-3, 4.9e-3, 5.1e-3), _bias(6e-3, 5.9e-3, 6.1e-3)]
     against = {"rule": "break_away", "axis": "EL", "text": "breaks away too early: see there"}
-    lines = [f"{wording.headline(effect)}." for effect in effects]
+    lines = [f"{headlines.headline(effect)}." for effect in effects]
     words = wording.Said("\n".join(lines), "They explain it.", against=wording.told_against(against).strip())
     assert words.text == " ".join([*lines, "They explain it.", words.against])
     found: Any = SimpleNamespace(kind=Kind.NAMED, said=words)
@@ -83,8 +110,8 @@ def test_torque_columns_of_all_axes_are_told_once_and_a_delay_names_the_log_that
     number = {"value": 2e-3, "low": 1.9e-3, "high": 2.1e-3, "unit": "s", "nominal": None}
     delay = {"name": "transport_delay", "axis": "AZ", "parameters": {"delay": number}, "probability": 0.97}
     late = Interval(-0.0021, -0.0019)
-    said = wording.headline(_or_in_the_log(delay, Timing(-0.002, late, 0.0, 0.001, True)))
-    assert "delay 2 ms, or a log whose torque is stamped 2 ms early; probability 0.97" in said
+    said = headlines.headline(_or_in_the_log(delay, Timing(-0.002, late, 0.0, 0.001, True)))
+    assert "delay 2 ms (1.9 to 2.1), or a log whose torque is stamped 2 ms early; probability 0.97" in said
     assert _or_in_the_log(delay, Timing(0.002, Interval(0.001, 0.003), 0.0, 0.001, True)) is delay
     assert _or_in_the_log(delay, None) is delay
 
@@ -115,9 +142,9 @@ def test_of_two_causes_that_logs_cannot_tell_apart_neither_stands_first() -> Non
     spring = {"name": "cable_spring", "axis": "EL", "status": "ambiguous", "probability": 0.48}
     weight = {"name": "static_unbalance", "axis": "EL", "instead_of": "cable_spring", "instead_of_axis": "EL"}
     effects = [{**spring, "parameters": {"stiffness": stiffness}}]
-    answer = wording.answer_of(effects, [{**weight, "parameters": {"cog_x": cog}, "probability": 0.47}])
+    answer = headlines.answer_of(effects, [{**weight, "parameters": {"cog_x": cog}, "probability": 0.47}])
     assert answer.splitlines() == [
         "Cable spring or static unbalance on EL: these logs cannot tell which.",
-        "Cable spring on EL: stiffness 2.18 mN m/rad; probability 0.48.",
-        "Static unbalance on EL: cog x 30 mm; probability 0.47.",
+        "Cable spring on EL: stiffness 2.18 mN m/rad (2.1 to 2.3); probability 0.48.",
+        "Static unbalance on EL: cog x 30 mm (29 to 31); probability 0.47.",
     ]

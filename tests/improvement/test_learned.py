@@ -92,7 +92,9 @@ def test_a_named_number_with_a_gap_left_is_searched_again_from_what_was_learned_
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     yy = START.number("inner", "body.inertia.yy")
-    left = Gap("inner", "torque", "N m", (0.0, 25.0), 0.3, 0.3, 0.01, 0.001, 0.001, "", 0.0, None, None, None)
+    left = Gap(
+        "inner", "torque", "N m", (0.0, 25.0), 0.3, 0.3, 0.01, 0.001, 0.001, "", 0.0, None, None, None, 0.3, 0.3
+    )  # fmt: skip
     told = replace(
         verdict(moved("body.inertia.yy", 1.2 * yy, 1e-5, True), "inertia"), kind=Kind.AMBIGUOUS, gaps=(left,)
     )

@@ -21,6 +21,7 @@ STATUS: dict[str, Any] = {
     "tick": 3017,
     "time_ns": 3_017_000_000,
     "host_state": "idle",
+    "host_told": "idle",
     "cause": "none",
     "link": "open",
     "drive_state": "operation_enabled",

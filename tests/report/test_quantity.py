@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gimbal_hil.knowledge.discrepancy.verdict.wording import headline
-from gimbal_hil.pages.report import counted, quantity
+from gimbal_hil.knowledge.discrepancy.verdict.headlines import headline
+from gimbal_hil.pages.report import between, counted, from_to, quantity
 
 SIZES = {"n": 1e-9, "\u00b5": 1e-6, "m": 1e-3, "": 1.0}
 
@@ -36,6 +36,18 @@ def test_a_number_is_said_with_three_digits_and_the_prefix_that_shows_them(value
 def test_what_is_said_is_the_number_to_three_digits(value: float, unit: str) -> None:
     found = re.fullmatch(rf"([-+.e\d]+) ([n\u00b5m]?){re.escape(unit)}", quantity(value, unit))
     assert found and float(found[1]) * SIZES[found[2]] == pytest.approx(value, rel=6e-3)
+
+
+def test_a_number_its_interval_and_what_it_is_compared_with_have_one_prefix() -> None:
+    assert between(0.03, 0.0299, 0.0301, "N m") == "30 mN m (29.9 to 30.1)"
+    assert between(12.0, 11.95, 12.05, "1/turn") == "12 per turn (11.95 to 12.05)"
+    assert between(0.184, 0.183, 0.185, "N m s/rad", nominal=0.0336) == (
+        "0.184 N m s/rad (0.183 to 0.185; model: 0.0336 N m s/rad)"
+    )
+    # an interval that digits do not show, or that nobody knows, is not told
+    assert between(0.03, 0.03, 0.03, "N m") == "30 mN m"
+    assert between(1.0, 0.0, float("inf"), "1") == "1"
+    assert from_to(0.0192, 0.000473, "N m") == "19.2 \u2192 0.473 mN m"
 
 
 def test_a_large_number_has_no_exponent() -> None:

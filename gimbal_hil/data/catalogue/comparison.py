@@ -173,13 +173,37 @@ def _largest_changes(found: Comparison) -> str:
         for name, unit, a, b in found.measures
         if a is not None and b is not None and a != b and name != "ticks"
     ]
+    row_by_row = _signal_apart(found)
     if not both:
-        return "No figure differs"
+        return f"No figure differs{row_by_row}"
     both.sort(key=lambda row: -row[0])
     # the largest is told however small it is
     told = [row for number, row in enumerate(both[:_MOST_FIGURES]) if number == 0 or row[0] > _WORTH_TELLING]
     said = ", ".join(_change_in_words(*row[1:]) for row in told)
+    # figures that are nearly the same say little of two runs of which one has a ripple
+    said += row_by_row if both[0][0] <= _WORTH_TELLING else ""
     return f"{said[:1].upper()}{said[1:]}"
+
+
+def _signal_apart(found: Comparison) -> str:
+    """Which signal differs most from row to row, against its own size; empty where none does, or there are no rows."""
+    first, second = found.tables
+    if first is None or second is None:
+        return ""
+    apart = []
+    for name in (f"{axis}.{signal}" for axis in first.axes if axis in second.axes for signal in _DRAWN):
+        if name in first.columns and name in second.columns and np.any(first.columns[name]):
+            off = _rms(difference_of(first, second, name)[1])
+            apart.append((off / _rms(first.columns[name]), name, off))
+    share, name, off = max(apart, default=(0.0, "", 0.0))
+    if share <= 0.0:
+        return ""
+    axis, _, signal = name.rpartition(".")
+    return f"; row by row the {signal} of {axis} differs by {quantity(off, unit_of(name))} rms ({100.0 * share:.2g} %)"
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
 def _change_in_words(name: str, unit: str, a: float, b: float) -> str:
@@ -191,9 +215,7 @@ def _change_in_words(name: str, unit: str, a: float, b: float) -> str:
     number, _, scaled = old.partition(" ")
     if scaled and scaled == new.partition(" ")[2]:
         old = number
-    share = 100.0 * (b - a) / abs(a) if a else math.inf
-    by = "new" if not a else f"{share:+.0f} %" if abs(share) >= 10.0 else f"{share:+.2g} %"
-    return f"{whose} {by} ({old} to {new})"
+    return f"{whose} {_change(a, b)} ({old} to {new})"
 
 
 def _overlays(found: Comparison) -> list[Block]:
@@ -255,4 +277,12 @@ def _shown(value: float | None) -> str:
 def _change(first: float | None, second: float | None) -> str:
     if first is None or second is None or first == second:
         return "" if first == second else ABSENT
-    return f"{100.0 * (second - first) / abs(first):+.2f} %" if first else "new"
+    if not first:
+        return "new"
+    share = 100.0 * (second - first) / abs(first)
+    # of many times as much the tenths say nothing, of next to nothing two digits do
+    return (
+        f"{share:+.0f} %"
+        if abs(share) >= 10.0
+        else f"{np.format_float_positional(float(f'{share:.2g}'), sign=True, trim='-')} %"
+    )

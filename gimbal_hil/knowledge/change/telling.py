@@ -6,7 +6,7 @@ from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.change.comparing import FITTED, AskedCause, ChangeKind, Heard, MachineComparison
 from gimbal_hil.knowledge.change.one_gain import as_one_gain
 from gimbal_hil.knowledge.discrepancy import entries_of
-from gimbal_hil.pages.report import quantity
+from gimbal_hil.pages.report import between, quantity
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import NUMBER_AT
 
@@ -120,13 +120,11 @@ def _change_in_words(entry: Json) -> str:
     for parameters in entries_of(entry):
         shown = [(key, number) for key, number in parameters.items() if key not in periodic][:_LISTED]
         for key, number in shown:
-            is_now, spread = (
-                quantity(size, number["unit"]) for size in (number["value"], 0.5 * (number["high"] - number["low"]))
-            )
+            is_now = between(number["value"], number["low"], number["high"], number["unit"])
             was = "" if number["nominal"] is None else f"was {quantity(number['nominal'], number['unit'])} and is "
             # "8 per turn" says what it is
             name = "" if number["unit"].startswith("1/") else f"{key.replace('_', ' ')} "
-            parts.append(f"{name}{was}{is_now} (± {spread})")
+            parts.append(f"{name}{was}{is_now}")
     had = entry.get("share_before", 0.0)
     if had > _HAD and not CATALOGUE[entry["name"]].is_number:
         parts.append(f"{had:.0%} of it was there before")
@@ -137,8 +135,8 @@ def _change_in_words(entry: Json) -> str:
 def _moved_in_words(comparison: MachineComparison, entry: Json) -> str:
     """A number that moved by less than it is known to."""
     unit = NUMBER_AT[entry["path"]].unit_for(comparison.model.is_linear)
-    is_now, spread = (quantity(size, unit) for size in (entry["to"], 0.5 * (entry["high"] - entry["low"])))
-    return f"{entry['path']} of {entry['axis']} was {quantity(entry['from'], unit)} and is {is_now} (± {spread})"
+    is_now = between(entry["to"], entry["low"], entry["high"], unit)
+    return f"{entry['path']} of {entry['axis']} was {quantity(entry['from'], unit)} and is {is_now}"
 
 
 def _with_sides(entry: Json, one: AskedCause) -> Json:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from itertools import cycle
 from typing import TYPE_CHECKING
 
-from gimbal_hil.knowledge.discrepancy import LEAST_GAP, headline
+from gimbal_hil.knowledge.discrepancy import LEAST_GAP, headline, is_brief
 from gimbal_hil.knowledge.improvement.choosing import WORTH
 from gimbal_hil.knowledge.improvement.journal import (
     Chosen,
@@ -84,7 +84,8 @@ def _last_model(task: Task, rounds: Sequence[Diagnosed]) -> AntennaModel:
 def _conclusion(end: Ended | Stopped | None, rounds: Sequence[Diagnosed]) -> Callout:
     if isinstance(end, Ended):
         taken = next((one for one in reversed(rounds) if one.model is not None and one.effects), None)
-        added = "\n".join(f"{headline(effect)}." for effect in taken.effects) if taken is not None else ""
+        effects = () if taken is None else taken.effects
+        added = "\n".join(f"{headline(effect, is_brief(len(effects)))}." for effect in effects)
         at_the_floor = end.ending == Ending.AT_THE_FLOOR.word
         tone = "good" if at_the_floor and not (rounds and leaves_unjudged(rounds[-1])) else "warning"
         if added and tone == "good":

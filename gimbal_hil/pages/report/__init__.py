@@ -19,7 +19,7 @@ from gimbal_hil.pages.report.earlier import EARLIER_DEMO, earlier_demo
 from gimbal_hil.pages.report.junit import Case, write_junit
 from gimbal_hil.pages.report.made import Made, command_of
 from gimbal_hil.pages.report.page import Page
-from gimbal_hil.pages.report.quantity import counted, quantity, scaled_unit
+from gimbal_hil.pages.report.quantity import between, counted, from_to, quantity, scaled_unit
 
 __all__ = [
     "EARLIER_DEMO",
@@ -37,10 +37,12 @@ __all__ = [
     "Table",
     "Text",
     "Tiles",
+    "between",
     "blocks_in",
     "command_of",
     "counted",
     "earlier_demo",
+    "from_to",
     "plots_in",
     "quantity",
     "scaled_unit",

@@ -40,11 +40,46 @@ def quantity(value: float, unit: str) -> str:
         return _three(value)
     if unit.startswith("1/"):
         return f"{_three(value)} per {unit[2:]}"
-    size = abs(value)
-    if _before_per(unit) not in _PREFIXED or size == 0.0 or size >= 0.1:
-        return f"{_three(value)} {unit}".rstrip()
+    power = _power(abs(value), unit)
+    return f"{_three(value / 10.0**power)} {_PREFIXES[power]}{unit}".rstrip()
+
+
+def _power(size: float, unit: str) -> int:
+    """Of ten, of the prefix in which a number of this size is told with three digits before its unit."""
+    if _before_per(unit) not in _PREFIXED or not 0.0 < size < 0.1:
+        return 0
     power = max(-9, 3 * math.floor(math.log10(size) / 3.0))
     if float(f"{size / 10.0**power:.3g}") >= 1000.0:
         power += 3
-    power = min(power, 0)
-    return f"{value / 10.0**power:.3g} {_PREFIXES[power]}{unit}"
+    return min(power, 0)
+
+
+def from_to(first: float, second: float, unit: str) -> str:
+    """`0.0192, 0.000473, "N m"` is "19.2 → 0.473 mN m": two numbers that are compared have one prefix."""
+    power = _power(max(abs(first), abs(second)), unit)
+    return f"{_three(first / 10.0**power)} → {_three(second / 10.0**power)} {_PREFIXES[power]}{unit}".rstrip()
+
+
+def between(value: float, low: float, high: float, unit: str, nominal: float | None = None) -> str:
+    """`0.03, 0.0299, 0.0301, "N m"` is "30 mN m (29.9 to 30.1)": a number with its interval, in one prefix, and what
+    the model has in its place. An interval that five digits do not show is not told.
+    """
+    power = _power(max(abs(value), abs(nominal or 0.0)), unit)
+    scaled = [one / 10.0**power for one in (value, low, high)]
+    ends = [_digits(one, scaled[2] - scaled[1]) for one in scaled[1:]]
+    prefixed = f"{_PREFIXES[power]}{unit}"
+    said = f"per {unit[2:]}" if unit.startswith("1/") else "" if unit == "1" else prefixed
+    behind = [f"{ends[0]} to {ends[1]}"] if math.isfinite(high - low) and ends[0] != ends[1] else []
+    behind += [] if nominal is None else [f"model: {_three(nominal / 10.0**power)} {said}".rstrip()]
+    return f"{_three(scaled[0])} {said}".rstrip() + (f" ({'; '.join(behind)})" if behind else "")
+
+
+def _digits(value: float, width: float) -> str:
+    """Three digits, or as many more as show an interval of this width with one, up to five."""
+    if not math.isfinite(value):
+        return "without bound"
+    for digits in (3, 4, 5):
+        step = 10.0 ** (math.floor(math.log10(abs(value))) - digits + 1) if value else 0.0
+        if step <= 0.5 * width:
+            break
+    return _three(value) if digits == 3 else f"{value:.{digits}g}"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text, counted
@@ -13,6 +12,7 @@ from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant
 from gimbal_hil.pointing.arena.controllers import least_margin_on
 from gimbal_hil.pointing.arena.error_dots import Dots, error_dots
 from gimbal_hil.pointing.arena.scenarios import Scenario, Score
+from gimbal_hil.pointing.arena.steps import best_step_lines, short_name, worst_steps
 from gimbal_hil.pointing.arena.trial import TrialOutcome
 from sim_backend.model import model_named
 
@@ -91,7 +91,7 @@ def _line_of_sight_row(found: ArenaResult, scenario: Scenario, antenna: str) -> 
         cell = _cell(found, scenario, antenna, entrant.name, _LINE_OF_SIGHT, spread=False)
         if scenario.score is Score.STEP and not found.tripped(scenario.name, antenna, entrant.name):
             more = [_cell(found, scenario, antenna, entrant.name, column, spread=False) for column in _STEPS]
-            cell += f" ({more[0]} %, {more[1]} s)"
+            cell += f" ({more[0]} %, {more[1]}{'' if more[1] == 'never' else ' s'})"
         cells.append(cell)
     return [scenario.name, antenna, *cells]
 
@@ -109,7 +109,7 @@ def _worst_table(found: ArenaResult) -> Table:
             if behind is not None:
                 seen = f"{behind.count} of {behind.rows}", _three_digits(behind.most), behind.where
             told = "not stable: a limit cycle" if _is_limit_cycle(entrant, antenna) else ""
-            rows.append((entrant.name, _short(antenna), worst[0], size, *seen, told))
+            rows.append((entrant.name, short_name(antenna), worst[0], size, *seen, told))
     kept = [True, len(found.antennas) > 1, *[True] * 5, any(row[7] for row in rows)]
     header = ("Controller", "Antenna", "Worst case", "rms [µrad]", "Cases behind", "Times the best", "Where", "Loops")
     cut = [[cell for cell, keep in zip(row, kept, strict=True) if keep] for row in (header, *rows)]
@@ -123,11 +123,6 @@ def _worst_table(found: ArenaResult) -> Table:
 def _three_digits(value: float) -> str:
     """Without an exponent, however large."""
     return f"{value:.0f}" if value >= 100.0 else f"{value:.3g}"
-
-
-def _short(antenna: str) -> str:
-    """A model by its name, wherever its file lies."""
-    return Path(antenna).name.removesuffix(".yaml")
 
 
 @dataclass(frozen=True)
@@ -175,7 +170,7 @@ def _best_lines(found: ArenaResult) -> list[str]:
         rows = sorted(((case[1], case[0], one) for case, one in worst if case is not None), key=lambda row: row[0])
         if rows:
             size, where, best = rows[0]
-            told = f"{best.name} has the smallest worst case on {_short(antenna)}: {_told_size(size)} ({where})."
+            told = f"{best.name} has the smallest worst case on {short_name(antenna)}: {_told_size(size)} ({where})."
             others = [f"{one.name}, {_told_size(size)}" for size, _, one in rows[1:2]]
             if len(rows) > 2:
                 size, _, last = rows[-1]
@@ -206,13 +201,14 @@ def arena_blocks(found: ArenaResult) -> list[Block]:
         Table(("Controller", "What it is"), [(one.name, one.text) for one in found.entrants]),
     ]
     blocks: list[Block] = [Callout(line) for line in _best_lines(found)]
-    blocks += [Heading("The worst case of every controller"), _worst_table(found)]
     if moving:
+        blocks += [Heading("The worst case of every controller"), _worst_table(found)]
         blocks += [Plot(_dots(found, moving, antenna), _seen_in(found, antenna)) for antenna in found.antennas]
         blocks += [*about, Heading("Line of sight"), *(_tables(found, moving, (_LINE_OF_SIGHT,)))]
         blocks += [Heading("Each axis"), *_tables(found, moving, _AXES)]
     else:
-        blocks += about
+        blocks += [Callout(line) for line in best_step_lines(found, steps)]
+        blocks += [Heading("The worst step of every controller"), worst_steps(found, steps), *about]
     if turning:
         blocks += [Heading("Reversals"), *_tables(found, turning, _PEAKS)]
     if steps:
@@ -225,18 +221,20 @@ def arena_blocks(found: ArenaResult) -> list[Block]:
 
 
 def _tables(found: ArenaResult, scenarios: Sequence[Scenario], columns: Sequence[Column]) -> list[Block]:
-    return [
-        Table(
-            ("Scenario", *(entrant.name for entrant in found.entrants)),
-            [
-                (one.name, *(_cell(found, one, antenna, entrant.name, column) for entrant in found.entrants))
-                for one in hardest_first(found, scenarios, antenna)
-            ],
-            f"Antenna {_short(antenna)}: {found.named(column[0], antenna)}.",
-        )
-        for column in columns
-        for antenna in found.antennas
-    ]
+    tables: list[Block] = []
+    for column in columns:
+        for antenna in found.antennas:
+            hardest = hardest_first(found, scenarios, antenna)
+            across, down = [one.name for one in found.entrants], [one.name for one in hardest]
+            cells = [[_cell(found, one, antenna, name, column) for name in across] for one in hardest]
+            caption = f"Antenna {short_name(antenna)}: {found.named(column[0], antenna)}."
+            what = "Scenario"
+            if len(across) > len(down):
+                # a page is longer than wide
+                what, across, down, cells = "Controller", down, across, [list(row) for row in zip(*cells, strict=True)]
+            rows = [[name, *row] for name, row in zip(down, cells, strict=True)]
+            tables.append(Table([what, *across], rows, caption))
+    return tables
 
 
 def _cell(
@@ -248,6 +246,8 @@ def _cell(
     value = found.spread(scenario.name, antenna, controller, column[1])
     if value is None:
         return "-"
+    if math.isinf(value.mean):
+        return "never"
     mean, deviation = column[2] * value.mean, column[2] * value.deviation
     decimals = 0 if mean >= 100.0 else 1 if mean >= 10.0 else 2
     told = f"{mean:.{decimals}f}"
@@ -264,12 +264,12 @@ def _dots(found: ArenaResult, scenarios: Sequence[Scenario], antenna: str) -> Dr
         sizes = [math.nan if cell is None else _MICRO * cell.mean for cell in cells]
         deviations = [0.0 if cell is None else _MICRO * cell.deviation for cell in cells]
         compared.append(Dots(entrant.name, _COLOURS[place % len(_COLOURS)], sizes, deviations))
-    return error_dots(f"Line-of-sight error, antenna {_short(antenna)}", [one.name for one in scenarios], compared)
+    return error_dots(f"Line-of-sight error, antenna {short_name(antenna)}", [one.name for one in scenarios], compared)
 
 
 def _seen_in(found: ArenaResult, antenna: str) -> str:
     spread = f" Lines through dots: one standard deviation over {found.seeds} seeds." if found.seeds > 1 else ""
-    return f"On the antenna {_short(antenna)}, the hardest case on top; the axis is logarithmic.{spread}"
+    return f"On the antenna {short_name(antenna)}, the hardest case on top; the axis is logarithmic.{spread}"
 
 
 def _drawn_errors(found: ArenaResult, scenarios: Sequence[Scenario]) -> list[Block]:
@@ -288,5 +288,5 @@ def _drawn_errors(found: ArenaResult, scenarios: Sequence[Scenario]) -> list[Blo
                 line = dict(color=_COLOURS[place % len(_COLOURS)], dash=_DASHES[place % len(_DASHES)])
                 drawn.add_scatter(x=time_s, y=_MICRO * error, name=entrant.name, line=line)
         drawn.update_yaxes(**logarithm(error for trace in drawn.to_dict()["data"] for error in trace["y"]))
-        blocks.append(Plot(drawn, f"Antenna {_short(antenna)}, first seed. The first seconds are not judged."))
+        blocks.append(Plot(drawn, f"Antenna {short_name(antenna)}, first seed. The first seconds are not judged."))
     return [Heading("Errors over time"), *blocks] if blocks else []

@@ -10,6 +10,7 @@ from gimbal_hil.proof.bench.search import search_figures
 from gimbal_hil.proof.bench.search_page import search_blocks, search_text
 from gimbal_hil.proof.bench.soak import SoakFigures, soak, soak_text
 from gimbal_hil.proof.bench.soak_across import AcrossFigures, across_text, soak_across
+from gimbal_hil.proof.bench.soak_page import soak_blocks
 from gimbal_hil.proof.bench.speed import ask_for_kernels, speed_figures
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "slower_blocks",
     "soak",
     "soak_across",
+    "soak_blocks",
     "soak_text",
     "speed_blocks",
     "speed_figures",

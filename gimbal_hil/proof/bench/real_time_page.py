@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from gimbal_hil.loop.timing import Histogram, MissCause
-from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text
+from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text, counted
 from gimbal_hil.proof.bench.real_time import ASKED_COMPUTING_US, ASKED_RATIO, OWN, RealTime
 
 if TYPE_CHECKING:
@@ -75,7 +75,8 @@ def real_time_blocks(found: Sequence[RealTime]) -> list[Block]:
         Heading("Real time"),
         *(Callout(f"Missed: {one.problem}.", "warning") for one in found if one.problem),
         Callout(
-            f"{own} ticks missed for reasons of the daemon's own in {seconds:.0f} s.", "warning" if own else "good"
+            f"{counted(own, 'tick')} missed for reasons of the daemon's own in {seconds:.0f} s.",
+            "warning" if own else "good",
         ),
         Text(
             "Plant and daemon are two processes; the daemon records every frame and serves its page and metrics. A C "

@@ -93,7 +93,18 @@ def _targets(figures: Sequence[Figure]) -> Callout:
     """How many targets were met, and which were not."""
     asked, missed = [one for one in figures if one.target], [one for one in figures if one.problem]
     said = f"{len(asked) - len(missed)} of {len(asked)} targets met on this machine."
-    return Callout(said + "".join(f" Missed: {one.problem}." for one in missed), "warning" if missed else "good")
+    return Callout("\n".join([said, *(f"Missed: {one.problem}." for one in missed)]), "warning" if missed else "good")
+
+
+#: title and what is below it, by what was measured
+_TITLES = {
+    "speed": ("Speed", "ratios to references from the same run"),
+    "realtime": ("Deadlines in real time", "two processes on this machine, beside a C loop"),
+    "search": ("Cost of a search", "for what a model lacks, beside plain sines"),
+    "faults": ("Faults", "what each does to a moving antenna, and when it is safe"),
+    "soak": ("Soak", "random programs and damaged frames, for hours"),
+    "pointing": ("Controllers beside each other", "how well each holds the line of sight"),
+}
 
 
 def slower_blocks(slower: Sequence[str]) -> list[Block]:
@@ -104,7 +115,5 @@ def slower_blocks(slower: Sequence[str]) -> list[Block]:
 def bench_page(blocks: Sequence[Block], command: str) -> Page:
     """The results page: what was found, on what, by which command."""
     about = [("command", command), ("time", wall_clock_utc()[:16].replace("T", " ") + " UTC"), *machine()]
-    titled = ("Bench", "ratios to references from the same run")
-    if " pointing" in command:
-        titled = ("Controllers beside each other", "how well each holds the line of sight")
+    titled = next((titles for what, titles in _TITLES.items() if f" {what}" in command), _TITLES["speed"])
     return Page(*titled, [*blocks, Heading("Machine"), Table(("What", "Value"), about)])

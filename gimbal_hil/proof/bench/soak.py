@@ -45,6 +45,8 @@ FAULTS, MEMORY_SHARE = 0.01, 0.02
 #: no joint is ever faster (rad/s): the drive's own limit is 18
 _FASTEST_RAD_S = 18.5
 _TORQUE_STATES = (HostState.ACTIVE, HostState.STOPPING)
+#: how a line of the text begins that says what was wrong
+WRONG = "WRONG: "
 
 
 @dataclass
@@ -169,7 +171,7 @@ def soak_text(figures: SoakFigures) -> str:
         f"{hurt}; asked: {counts}; faults: {faults or 'none'}; fastest {figures.fastest_rad_s:.2f} rad/s",
         f"memory: {memory}",
     ]
-    return "\n".join([*lines, *(f"WRONG: {problem}" for problem in figures.problems or ())])
+    return "\n".join([*lines, *(f"{WRONG}{problem}" for problem in figures.problems or ())])
 
 
 def _ask(host: Host, draw: random.Random, figures: SoakFigures, rate_hz: float) -> int:

@@ -23,7 +23,7 @@ from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import GrowingLog, open_run
 from gimbal_hil.loop.host import EventCode, HostState, word_of
 from gimbal_hil.loop.settings import load_settings
-from gimbal_hil.proof.bench.soak import FAULTS, MEMORY_SHARE, random_program, torque_problems
+from gimbal_hil.proof.bench.soak import FAULTS, MEMORY_SHARE, WRONG, random_program, torque_problems
 from gimbal_hil.proof.bench.two_processes import begun, running_plant, two_process_configuration
 from gimbal_hil.realtime.operator import OperatorClient, RequestRefusedError
 
@@ -205,7 +205,7 @@ def across_text(figures: AcrossFigures) -> str:
         f"frames of the host: {frames}; bad frames of the plant: {figures.plant.get('bad_frames', 0)}",
         f"memory after a sixth of the time and in the end: {memory}",
     ]
-    return "\n".join([*lines, *(f"WRONG: {problem}" for problem in figures.problems)])
+    return "\n".join([*lines, *(f"{WRONG}{problem}" for problem in figures.problems)])
 
 
 def _counted(counts: dict[str, int]) -> str:

@@ -31,21 +31,20 @@ def campaign_page(table: Path, title: str, where: str) -> Page:
     failed = [text for text in problems if text]
     ended = f"{len(failed)} did not finish the experiment" if failed else "all finished the experiment"
     said = f"{len(problems) - 1} antennas and the nominal one: {ended}. Drawn for each: {_listed(list(drawn))}."
+    failure = f" The first: {failed[0]}." if failed else ""
     # what differs most comes first, because the headline speaks of it; what a loop leaves next to nothing of comes last
     every = dict.fromkeys(name.rpartition(": ")[2] for name in measured)
     kinds = sorted(every, key=lambda one: (one in _LEFT_OVER, -_width(one, measured)))
+    widest = _widest(kinds, measured)
     blocks: list[Block] = [
-        Callout(
-            said + (f" The first: {failed[0]}." if failed else "") + _widest(kinds, measured),
-            "warning" if failed else "good",
-        ),
+        Callout(said + failure, "warning", widest) if failed or not widest else Callout(widest, "good", said),
         *(Plot(_spread(kind, measured), _CAPTION) for kind in kinds[:_MOST_PICTURES]),
         Heading("What was measured"),
         *(_table(kind, measured) for kind in kinds),
         Heading("What differs from antenna to antenna"),
         Table(_HEADER, [_row(name, values) for name, values in drawn.items()]),
     ]
-    return Page(title, where, blocks)
+    return Page(f"Campaign: {title[:1].lower()}{title[1:]}", where, blocks)
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -136,8 +135,8 @@ def _widest(kinds: Sequence[str], measured: Mapping[str, NDArray[np.float64]]) -
     _, kind, step, low, high, nominal = max(found)
     factor, unit = scaled_unit(max(abs(low), abs(high)), _unit(kind))
     low, high, nominal = (round(factor * value, 6) for value in (low, high, nominal))
-    said = f'{_words(kind)} of the step "{step}", {low:.3g} to {quantity(high, unit)} in nine of ten antennas'
-    return f" Differs most: {said} (nominal {quantity(nominal, unit)})."
+    what = f'{_title(kind)} of the step "{step}" differs most from antenna to antenna'
+    return f"{what}: {low:.3g} to {quantity(high, unit)} in nine of ten (nominal {quantity(nominal, unit)})."
 
 
 def _width(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> float:

@@ -12,6 +12,7 @@ from types import ModuleType
 
 from firmware_protocol.schema import RECORD_SIZE
 from gimbal_hil.data.runs import EventKind, RunHeader, RunWriter, tick_rows
+from gimbal_hil.loop.host import AXIS_NAMES
 from gimbal_hil.proof.conformance import deadman_checks, state_checks, torque_checks, wire_checks
 from gimbal_hil.proof.conformance.carriers import Carrier
 from gimbal_hil.proof.conformance.requirements import Requirement
@@ -75,12 +76,15 @@ class RequirementFinding:
 
 @dataclass
 class Bench:
-    """An antenna under test; `configuration` and `out` are for the evidence, without `out` there is none."""
+    """An antenna under test and what its axes are called; `configuration` and `out` are for the evidence, without `out`
+    there is none.
+    """
 
     carrier: Carrier
     configuration: Mapping[str, object] = field(default_factory=dict)
     out: Path | None = None
     force: bool = False
+    axes: tuple[str, str] = AXIS_NAMES
     _counters: dict[str, int] = field(default_factory=dict)
 
     def check(self, requirement: Requirement) -> RequirementFinding:
@@ -100,7 +104,7 @@ class Bench:
     @contextmanager
     def _stand(self, requirement: Requirement, force: bool) -> Iterator[tuple[Stand, Path | None]]:
         if self.out is None:
-            yield Stand(self.carrier, None, self._counters), None
+            yield Stand(self.carrier, None, self._counters, self.axes), None
             return
         folder = self.out / "evidence" / requirement.id
         period_ns = round(1e9 / self.carrier.rate_hz)
@@ -113,7 +117,7 @@ class Bench:
             title=f"conformance {requirement.id}: {requirement.check}",
         )
         with RunWriter(folder, header, force=force) as writer:
-            stand = Stand(self.carrier, _Recording(writer, period_ns), self._counters)
+            stand = Stand(self.carrier, _Recording(writer, period_ns), self._counters, self.axes)
             yield stand, folder
             for text in stand.steps:
                 writer.event(stand.ticks, stand.ticks * period_ns, EventKind.NOTE, text, {})

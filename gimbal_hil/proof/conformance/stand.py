@@ -1,7 +1,7 @@
 """The tester of an antenna's firmware: speaks to it message by message and keeps every feedback set that comes.
 
 It judges frames by the plain codec, not by the code that it tests. Torque is in shares of what the wire carries, so
-that no unit has to be known; axes are 0 (carrying) and 1 (carried).
+that no unit has to be known; axes are 0 (carrying) and 1 (carried), and `axes` what they are called.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ from firmware_protocol.schema import (
     Direction,
 )
 from firmware_protocol.words import crc12, insert
+from gimbal_hil.loop.host import AXIS_NAMES
 from gimbal_hil.proof.conformance.carriers import Carrier
 
 #: window of the deadman outside of the checks that are about it: 0.2 s at 1 kHz, which no tester's stall reaches often
@@ -98,8 +99,9 @@ class Stand:
         carrier: Carrier,
         told: Callable[[int, bytes, bytes], None] | None = None,
         counters: dict[str, int] | None = None,
+        axes: tuple[str, str] = AXIS_NAMES,
     ) -> None:
-        self.carrier, self.told = carrier, told
+        self.carrier, self.told, self.axes = carrier, told, axes
         self.rate_hz = carrier.rate_hz
         self.ticks = 0
         self.sequence = 0

@@ -18,18 +18,16 @@ _LIMITED = (LimitFlags.OUTER_TORQUE, LimitFlags.INNER_TORQUE)
 def torque_turns_the_way_of_its_sign(stand: Stand, limits: Limits) -> str:
     """A pulse each way on each axis: change of rate by gyro, and by encoder."""
     told = []
-    for axis in (0, 1):
+    for axis, name in enumerate(stand.axes):
         for sign in (1.0, -1.0):
             stand.settle()
             stand.to_state(DriveState.OPERATION_ENABLED)
             gyro, encoder = _pulse(stand, limits, axis, sign, enabled=True)
             if gyro * sign < limits["least_rate_rad_s"]:
-                raise UnmetError(f"axis {axis}: torque of sign {sign:+g} changed the gyro's rate by {gyro:+.3g} rad/s")
+                raise UnmetError(f"{name}: torque of sign {sign:+g} changed the gyro's rate by {gyro:+.3g} rad/s")
             if encoder * sign < limits["agree_share"] * abs(gyro):
-                raise UnmetError(
-                    f"axis {axis}: the gyro changed by {gyro:+.3g} rad/s, the encoder's rate by {encoder:+.3g}"
-                )
-            told.append(f"axis {axis} {gyro:+.3g} and {encoder:+.3g}")
+                raise UnmetError(f"{name}: the gyro changed by {gyro:+.3g} rad/s, the encoder's rate by {encoder:+.3g}")
+            told.append(f"{name} {gyro:+.3g} and {encoder:+.3g}")
     return "rad/s by gyro and encoder: " + ", ".join(told)
 
 
@@ -52,7 +50,7 @@ def torque_is_off_below_operation_enabled(stand: Stand, limits: Limits) -> str:
 def torque_beyond_the_limit_is_held(stand: Stand, limits: Limits) -> str:
     """The most that the wire carries, on one axis after the other."""
     told = []
-    for axis in (0, 1):
+    for axis, name in enumerate(stand.axes):
         stand.settle()
         stand.to_state(DriveState.OPERATION_ENABLED)
         mark = len(stand.sets)
@@ -63,8 +61,8 @@ def torque_beyond_the_limit_is_held(stand: Stand, limits: Limits) -> str:
         stand.ask(DriveRequest.DISABLE_VOLTAGE)
         flagged = [one for one in stand.sets[mark:] if one.status.limits & _LIMITED[axis]]
         if not flagged:
-            raise NotShownError(f"axis {axis} takes all torque that the wire carries, or does not tell its limit")
-        told.append(f"axis {axis} in {len(flagged)} sets")
+            raise NotShownError(f"{name} takes all torque that the wire carries, or does not tell its limit")
+        told.append(f"{name} in {len(flagged)} sets")
     return "flagged: " + ", ".join(told)
 
 
@@ -76,31 +74,31 @@ def a_quick_stop_comes_to_rest(stand: Stand, limits: Limits) -> str:
         StopReaction.DECELERATE_AND_HOLD: limits["rest_rad"],
         StopReaction.GYRO_STOP: limits["creep_rad_s"] * limits["over_ticks"] / stand.rate_hz,
     }
-    for axis in (0, 1):
+    for axis, name in enumerate(stand.axes):
         for stop, most_rad in rest_rad.items():
             stand.settle()
             stand.to_state(DriveState.OPERATION_ENABLED)
             for _ in range(int(limits["ticks"])):
                 stand.tick(_on(axis, limits["torque_share"]), (axis == 0, axis == 1))
-            stand.step(f"quick stop, {stop.name}, axis {axis}")
+            stand.step(f"quick stop, {stop.name}, {name}")
             stand.ask(DriveRequest.QUICK_STOP, quick_stop=True, stop=stop)
             stand.run(int(limits["most_ticks"]))
             spread = _spread(stand.sets[-int(limits["over_ticks"]) :], axis)
             if stand.state is not DriveState.QUICK_STOP_ACTIVE or spread > most_rad:
                 raise UnmetError(
-                    f"{stop.name}, axis {axis}: {stand.state.name}, and the position moves by {spread:.3g} rad in "
+                    f"{stop.name}, {name}: {stand.state.name}, and the position moves by {spread:.3g} rad in "
                     f"{limits['over_ticks']:g} ticks, {limits['most_ticks']:g} ticks after the quick stop"
                 )
-            told.append(f"{stop.name} axis {axis} {spread:.2g}")
+            told.append(f"{stop.name} {name} {spread:.2g}")
     return f"rad in {limits['over_ticks']:g} ticks: " + ", ".join(told)
 
 
 def _stays_still(stand: Stand, limits: Limits, enabled: bool = False) -> str:
     changes = []
-    for axis in (0, 1):
+    for axis, name in enumerate(stand.axes):
         gyro, _ = _pulse(stand, limits, axis, 1.0, enabled)
         if abs(gyro) > limits["most_rate_rad_s"]:
-            raise UnmetError(f"axis {axis} in {stand.state.name}: its rate changed by {gyro:+.3g} rad/s")
+            raise UnmetError(f"{name} in {stand.state.name}: its rate changed by {gyro:+.3g} rad/s")
         changes.append(f"{gyro:+.2g}")
     return f"rate changed by {' and '.join(changes)} rad/s"
 
@@ -121,7 +119,7 @@ def _pulse(stand: Stand, limits: Limits, axis: int, sign: float, enabled: bool) 
     half = sets[len(sets) // 2 :]
     first, last, still = half[0].motion(axis), half[-1].motion(axis), before.motion(axis)
     if first is None or last is None or still is None:
-        raise UnmetError(f"axis {axis}: feedback is missing during the pulse")
+        raise UnmetError(f"{stand.axes[axis]}: feedback is missing during the pulse")
     seconds = (half[-1].tick - half[0].tick) / stand.rate_hz
     rates = [m.rate_rad_s for one in half if (m := one.motion(axis)) is not None]
     return sum(rates) / len(rates) - still.rate_rad_s, (last.position_rad - first.position_rad) / seconds

@@ -201,15 +201,15 @@ def a_still_joint_reads_still(stand: Stand, limits: Limits) -> str:
     """Spread of position and rate, torque off."""
     sets = stand.run(int(limits["ticks"]))
     told = []
-    for axis in (0, 1):
+    for axis, name in enumerate(stand.axes):
         motion = [m for one in sets if (m := one.motion(axis)) is not None]
         spread = max(m.position_rad for m in motion) - min(m.position_rad for m in motion)
         rate = max(abs(m.rate_rad_s) for m in motion)
         if spread > limits["position_rad"] or rate > limits["rate_rad_s"]:
             raise UnmetError(
-                f"axis {axis}: position spreads {spread:.2g} rad and the rate reads up to {rate:.2g} rad/s, torque off"
+                f"{name}: position spreads {spread:.2g} rad and the rate reads up to {rate:.2g} rad/s, torque off"
             )
-        told.append(f"axis {axis} {spread:.2g} rad, {rate:.2g} rad/s")
+        told.append(f"{name} {spread:.2g} rad, {rate:.2g} rad/s")
     return "; ".join(told)
 
 

@@ -19,7 +19,7 @@ def state_message(status: Json) -> Json:
     return {
         **{key: status[key] for key in ("tick", "host_state", "cause", "guard", "link", "drive_state", "drive_fault")},
         "segment": status["segment"],
-        "stopped": "" if trouble is None else f"{trouble['what']}: {trouble['why']}",
+        "stopped": "" if trouble is None else ": ".join(trouble[key] for key in ("what", "why") if trouble[key]),
         "pointing": status["pointing"]["state"],
         "muted": status["pointing"]["muted"],
         "missed_ticks": statistics["missed"],

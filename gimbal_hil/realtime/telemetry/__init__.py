@@ -32,7 +32,7 @@ from gimbal_hil.realtime.telemetry.scope import (
     scope_settings,
     signal_names,
 )
-from gimbal_hil.realtime.telemetry.trouble import StopTold, trouble_of
+from gimbal_hil.realtime.telemetry.trouble import StopTold, told_state, trouble_of
 from gimbal_hil.realtime.telemetry.wire_watch import Wire, WireWatch
 
 __all__ = [
@@ -64,6 +64,7 @@ __all__ = [
     "scope_settings",
     "signal_names",
     "take_commands",
+    "told_state",
     "trouble_of",
     "unpack_configuration",
     "unpack_motion_number",

@@ -19,7 +19,7 @@ from gimbal_hil.loop.control import Mode
 from gimbal_hil.loop.host import GUARD_CAUSES, HostState, LinkStatus, PointingState, word_of
 from gimbal_hil.loop.timing import MISS_CODE, Histogram, MissCause
 from gimbal_hil.realtime.telemetry.records import Exchange
-from gimbal_hil.realtime.telemetry.trouble import DRIVE_TOLD, trouble_of
+from gimbal_hil.realtime.telemetry.trouble import DRIVE_TOLD, told_state, trouble_of
 from gimbal_hil.realtime.telemetry.wire_watch import Wire, WireWatch
 from sim_backend.boresight import Boresight
 
@@ -155,6 +155,7 @@ class LiveView:
             "tick": int(row["tick"]),
             "time_ns": int(row["time_ns"]),
             "host_state": state,
+            "host_told": told_state(state, self.cause),
             "trouble": None if trouble is None else trouble.as_dict(),
             "cause": self.cause,
             "guard": self.guard,

@@ -23,6 +23,15 @@ _GUARDS = {word_of(guard.cause): guard for guard in HOST_GUARDS}
 _FAULTS = {word_of(guard.fault): guard for guard in DRIVE_GUARDS}
 _STOPS = (word_of(HostState.FAULT), word_of(HostState.STOPPING))
 _DRIVE_FAULT = word_of(HostCause.DRIVE_FAULT)
+_OPERATOR = word_of(HostCause.OPERATOR)
+_QUICK_STOP = "quick stop by an operator"
+#: why the host last changed its state where no guard did, for people
+_OTHERWISE = {
+    "operator": "an operator's command",
+    "duration": "the end of a program",
+    "end_condition": "the end of a program",
+    "replaced": "another command",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +64,7 @@ def trouble_of(
     if guard is None:
         if state != _STOPS[0]:
             return None
-        return StopTold(
-            "quick stop by an operator", "", since_s, "braked by the drive, and held", "", "operator's reset"
-        )
+        return StopTold(_QUICK_STOP, "", since_s, "the drive brakes, holds, then switches off", "", "operator's reset")
     fault = _FAULTS.get(drive_fault or "") if cause == _DRIVE_FAULT else None
     what, why = cause, guard.trigger
     if cause == _DRIVE_FAULT and drive_fault not in (None, "none"):
@@ -74,6 +81,17 @@ def trouble_of(
         _plain(guard.reset),
     )
     return StopTold(*told)
+
+
+def told_state(state: str, cause: str) -> str:
+    """What the host does, for people, with what last made it do so (`word_of`). The state in which a drive stops by
+    itself is `fault` for a guard and for an operator, of whom no fault is told.
+    """
+    if (state, cause) == (_STOPS[0], _OPERATOR):
+        return _QUICK_STOP
+    if cause == word_of(HostCause.NONE):
+        return state
+    return f"{state}, by {_OTHERWISE.get(cause, cause.replace('_', ' '))}"
 
 
 def _plain(text: str) -> str:

@@ -13,9 +13,10 @@ import typer
 
 from firmware_protocol.places import require_new
 from gimbal_hil.surface.cli.bench_findings import BenchFindings
+from gimbal_hil.surface.cli.following import closer_to_faults, closer_to_soak, closer_to_speed
 
 if TYPE_CHECKING:
-    from gimbal_hil.pages.report import Block
+    pass
 
 BENCHES = ("speed", "realtime", "search", "blind", "faults", "soak", "pointing")
 
@@ -125,7 +126,7 @@ def _answer(what: str, measured: BenchFindings, options: BenchOptions) -> int:
     from gimbal_hil.surface.cli.following import after_bench
     from gimbal_hil.surface.cli.next_line import print_next
 
-    words, text, figures, blocks, costs, config = measured
+    words, text, figures, blocks, costs, config, closer = measured
     page, as_json = options.page, options.as_json
     print(json.dumps(figures) if as_json else text, flush=True)
     # what the search costs has no target: it is a table of costs
@@ -140,7 +141,7 @@ def _answer(what: str, measured: BenchFindings, options: BenchOptions) -> int:
     if not as_json:
         if page is not None:
             print(f"\nreport: {page}")
-        print_next(after_bench(what, not all_right, options.repeats, options.out, config))
+        print_next(after_bench(not all_right, closer, config))
     return 0 if all_right else 1
 
 
@@ -173,28 +174,28 @@ def _faults(options: BenchOptions) -> BenchFindings:
         raise BadInputError("--link", f"{link!r} is no firmware", ", ".join(FirmwareRun))
     found = run_matrix(fault_rows()[::every], shipped_settings(), shipped_model(), _measuring, firmware)
     words = "faults" + (f" --every {every}" if every > 1 else "") + (f" --link {link}" if link != "virtual" else "")
-    return BenchFindings(words, matrix_text(found), [one.as_dict() for one in found], matrix_blocks(found))
+    figures = [one.as_dict() for one in found]
+    return BenchFindings(words, matrix_text(found), figures, matrix_blocks(found), closer=closer_to_faults(link))
 
 
 def _soak_across(link: str, hours: float, seed: int) -> BenchFindings:
     from dataclasses import asdict
 
-    from gimbal_hil.pages.report import Heading, Text
-    from gimbal_hil.proof.bench import across_text, soak_across
+    from gimbal_hil.proof.bench import across_text, soak_across, soak_blocks
 
     found = soak_across(link, hours, seed, _measuring)
     text = across_text(found)
     figures = [{**asdict(found), "problem": "; ".join(found.problems)}]
-    blocks: list[Block] = [Heading("Soak across processes"), *(Text(line) for line in text.splitlines())]
-    return BenchFindings(f"soak --hours {hours:g} --link {link}", text, figures, blocks)
+    blocks = soak_blocks(text, found.problems)
+    words = f"soak --hours {hours:g} --link {link}"
+    return BenchFindings(words, text, figures, blocks, closer=closer_to_soak(link))
 
 
 def _soak(options: BenchOptions) -> BenchFindings:
     from dataclasses import asdict
 
     from gimbal_hil.loop.settings import shipped_settings
-    from gimbal_hil.pages.report import Heading, Text
-    from gimbal_hil.proof.bench import soak, soak_text
+    from gimbal_hil.proof.bench import soak, soak_blocks, soak_text
     from sim_backend.model import shipped_model
 
     hours, seed = options.hours, options.seed or 0
@@ -203,8 +204,8 @@ def _soak(options: BenchOptions) -> BenchFindings:
     found = soak(shipped_settings(), shipped_model(), hours, seed, _measuring)
     text = soak_text(found)
     figures = [{**asdict(found), "problem": "; ".join(found.problems)}]
-    blocks: list[Block] = [Heading("Soak"), *(Text(line) for line in text.splitlines())]
-    return BenchFindings(f"soak --hours {hours:g}", text, figures, blocks)
+    blocks = soak_blocks(text, found.problems)
+    return BenchFindings(f"soak --hours {hours:g}", text, figures, blocks, closer=closer_to_soak(None))
 
 
 def _speed(options: BenchOptions) -> BenchFindings:
@@ -216,7 +217,8 @@ def _speed(options: BenchOptions) -> BenchFindings:
     figures = speed_figures(repeats, _measuring)
     rows = [asdict(one) | {"problem": one.problem} for one in figures]
     costs = {f"{one.name}, beside {one.reference}": one.cost for one in figures}
-    return BenchFindings(f"--repeats {repeats}", bench_text(figures), rows, speed_blocks(figures), costs)
+    closer = closer_to_speed(repeats, options.out)
+    return BenchFindings(f"--repeats {repeats}", bench_text(figures), rows, speed_blocks(figures), costs, closer=closer)
 
 
 def _real_time(options: BenchOptions) -> BenchFindings:

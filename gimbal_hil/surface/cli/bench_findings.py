@@ -22,3 +22,5 @@ class BenchFindings(NamedTuple):
     costs: Mapping[str, float] = {}
     #: configuration that is looked at next; None without one
     config: Path | None = None
+    #: command that looks closer where a target was missed; empty where that is the machine's doing
+    closer: str = ""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gimbal_hil.surface.cli.bench_findings import BenchFindings
+from gimbal_hil.surface.cli.following import closer_to_trip
 
 
 @dataclass(frozen=True)
@@ -62,4 +63,7 @@ def pointing(choice: ArenaChoice) -> BenchFindings:
     figures = [row | {"problem": row["tripped"] if row["controller"] != "thesis" else ""} for row in found.rows()]
     # of the files that were compared the last, which `tune` names last too
     config = next((Path(name) for name in reversed(choice.controllers) if Path(name).is_file()), None)
-    return BenchFindings(choice.words(), arena_text(found), figures, arena_blocks(found), config=config)
+    tripped = next((row for row in figures if row["problem"]), None)
+    closer = tripped and closer_to_trip(*(str(tripped[key]) for key in ("controller", "antenna", "scenario")))
+    blocks = arena_blocks(found)
+    return BenchFindings(choice.words(), arena_text(found), figures, blocks, config=config, closer=closer or "")

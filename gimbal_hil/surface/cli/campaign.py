@@ -75,7 +75,8 @@ def command(
     from gimbal_hil.knowledge.executor import open_executor
     from gimbal_hil.pages.report import Callout
     from gimbal_hil.proof.campaign import campaign_page, run_campaign
-    from gimbal_hil.surface.cli.next_line import command_line, print_next
+    from gimbal_hil.surface.cli.following import after_campaign
+    from gimbal_hil.surface.cli.next_line import print_next
     from gimbal_hil.surface.cli.progress import ProgressBar
 
     campaign = _campaign(name, asked)
@@ -95,18 +96,17 @@ def command(
     except KeyboardInterrupt:
         print("interrupted; the same command with --resume goes on", file=sys.stderr)
         return EXIT_INTERRUPTED
-    where = f"{done.antennas - 1} antennas about {campaign.model.name}, seed {asked.seed}"
+    spread = ", ".join(asked.spread or ["all"])
+    where = f"{done.antennas - 1} antennas about {campaign.model.name}, spread {spread}, seed {asked.seed}"
     found = campaign_page(done.table, campaign.experiment.text, where)
     page = found.write(out / "report.html")
     if as_json:
         print(json.dumps({"antennas": done.antennas - 1, "table": str(done.table), "report": str(page)}))
     else:
         print(f"{campaign.experiment.text}: {where}")
-        print("\n".join(f"  {block.text}" for block in found.blocks if isinstance(block, Callout)))
+        print("\n".join(f"  {block.text}\n  {block.more}" for block in found.blocks if isinstance(block, Callout)))
         print(f"  table   {done.table}\n  report  {page}")
-        print_next(
-            command_line("experiment", name, config=asked.config, model=asked.model, out=Path("runs") / Path(name).stem)
-        )
+        print_next(after_campaign(name, done.antennas - 1, out, {**vars(asked), **vars(effort)}))
     return 0
 
 

@@ -87,7 +87,7 @@ def command(
     opened = open_antenna(settings, lockstep=antenna.lockstep)
     try:
         configuration = settings.model_dump(mode="json", by_alias=True)
-        bench = Bench(opened, configuration, folder, force)
+        bench = Bench(opened, configuration, folder, force, settings.axis_names)
         findings = check_all(bench, wanted, may_move=not checks.without_motion, told=_say_nothing if as_json else _say)
     finally:
         opened.close()

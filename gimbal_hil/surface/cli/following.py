@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 REHEARSAL_FILE = "rehearsal.yaml"
 #: flights of a certificate
 _CERTIFICATE = 10_000
+#: antennas of a campaign: fifty of them are beyond a quantile of a twentieth
+_MANY_ANTENNAS = 1000
 #: pairs of a bench after which noise is no reason any more
 _MANY_PAIRS = 27
 
@@ -175,17 +177,54 @@ def after_certificate(flights: int, folder: Path, config: Path | None, asked: Ma
     return command_line("doctor", config=config)
 
 
-def after_bench(what: str, missed: bool, repeats: int, out: Path | None, config: Path | None) -> str:
-    """Whether this machine can hold the rate. Where code missed a target of speed that is no answer: more pairs, whose
-    page keeps them beside later ones, tell a slow function from a busy machine; then whether deadlines are held.
+def after_campaign(name: str, antennas: int, out: Path, asked: Mapping[str, object]) -> str:
+    """Ten times as many antennas that differ as those do, in the same folder, up to what a quantile of a twentieth
+    needs; then the experiment on the nominal one.
     """
-    if what != "speed" or not missed:
-        return command_line("doctor", config=config)
+    if antennas < _MANY_ANTENNAS:
+        more = min(10 * antennas, _MANY_ANTENNAS)
+        return command_line("campaign", name, antennas=more, **asked, out=out, resume=True)
+    nominal = {key: asked.get(key) for key in ("config", "model")}
+    return command_line("experiment", name, **nominal, out=free_path(Path("runs") / Path(name).stem))
+
+
+def after_bench(missed: bool, closer: str, config: Path | None) -> str:
+    """What looks `closer` at a target that was missed; else whether this machine can hold the rate."""
+    return closer if missed and closer else command_line("doctor", config=config)
+
+
+def closer_to_speed(repeats: int, out: Path | None) -> str:
+    """More pairs, whose page keeps them beside later ones, tell a slow function from a busy machine; after those
+    whether deadlines are held.
+    """
     if repeats < _MANY_PAIRS:
         # the history lies beside the page that the next one takes the place of
         kept = {"out": out or free_path(Path("bench")), "force": out is not None}
         return command_line("bench", "speed", repeats=3 * repeats, **kept)
     return command_line("bench", "realtime")
+
+
+def closer_to_faults(firmware: str) -> str:
+    """Which requirement the firmware does not keep: one that keeps all leaves the host."""
+    return command_line("conformance", link=firmware)
+
+
+def closer_to_soak(link: str | None) -> str:
+    """Whether that link holds the rate where processes met over it; in lockstep each fault by itself, since a soak is
+    many of them at once.
+    """
+    return command_line("bench", "faults") if link is None else command_line("bench", "realtime", link=link)
+
+
+def closer_to_trip(controller: str, antenna: str, scenario: str) -> str:
+    """Loops of that configuration that keep a margin on that antenna; of a controller that is no file the run that
+    tripped, by itself.
+    """
+    if Path(controller).is_file():
+        tuned = free_path(Path(controller).with_suffix(".tuned.yaml"))
+        return command_line("tune", config=controller, model=antenna, out=tuned)
+    words = {"controller": controller, "antenna": antenna, "scenario": scenario}
+    return command_line("bench", "pointing", **words, seeds=1, out=free_path(Path("arena")))
 
 
 def after_stow(run: Path) -> str:

@@ -17,13 +17,6 @@ from gimbal_hil.surface.cli.option_types import DaemonRun
 _WIDTH = 40
 _COLOURS = {"good": "32", "warning": "33", "bad": "1;31"}
 _ACTS = {"s": "stop", "b": "adjust_back", "n": "learn_anew"}
-#: causes that are no guard's, for people
-_CAUSES = {
-    "operator": "an operator's command",
-    "duration": "the end of a program",
-    "end_condition": "the end of a program",
-    "replaced": "another command",
-}
 _UNWATCHED = {"loading": "is being loaded", "waiting": "waits for torque"}
 _KEYS = "keys: s stop, b gains and limits back to the configuration, n learn anew what the model lacks, q leave"
 
@@ -144,7 +137,7 @@ def _told(answer: Json) -> list[tuple[str, str]]:
         drive += ", last heard"
     tone = {"fault": "bad", "stopping": "warning", "active": "good"}.get(status["host_state"], "")
     seconds = status["time_ns"] / 1e9
-    host = f"host {status['host_state']}  drive {drive}  link {status['link']}"
+    host = f"host {status['host_told']}  drive {drive}  link {status['link']}"
     lines = [
         (
             f"{seconds:.1f} s  tick {status['tick']}  {host}",
@@ -190,8 +183,7 @@ def _trouble_lines(status: Json, seconds: float) -> list[tuple[str, str]]:
     if fault not in (None, "none"):
         return [(f"fault: {fault}{f' ({complaint})' if complaint else ''}", "bad")]
     at = f"in segment {status['segment']} of a program" if status["segment"] >= 0 else "no program runs"
-    cause = _CAUSES.get(status["cause"], str(status["cause"]).replace("_", " "))
-    return [(at if cause == "none" else f"{at}; last changed by {cause}", "")]
+    return [(at, "")]
 
 
 def _machine_lines(status: Json, statistics: Json, recording: object) -> list[tuple[str, str]]:

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from firmware_protocol.json_object import Json
 from gimbal_hil.data.runs import open_run, replay
 from gimbal_hil.data.signals import read_signals
 from gimbal_hil.knowledge.discrepancy import (
@@ -22,10 +21,9 @@ from gimbal_hil.knowledge.experiments import ProgressSink, conduct, embedded_mod
 from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
 from gimbal_hil.knowledge.identification import Log, identification_page, identify_axis, read_logs
 from gimbal_hil.loop.settings import DaemonSettings
-from gimbal_hil.pages.report import Block, Callout, Details, Heading, Page, Text, Tiles, plots_in, quantity
+from gimbal_hil.pages.report import Block, Callout, Details, Heading, Page, Text, Tiles, plots_in
 from gimbal_hil.realtime.lockstep import give_again, host_of
 from gimbal_hil.surface.demo.ghost import ghost_of, side_by_side
-from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
 
 #: plots of the last stage that stand at the top: how large the gap is, and what is left over position and speed
@@ -145,19 +143,7 @@ def _found(verdict: Verdict, answer: Block) -> Block:
     """The answer of a verdict, as that of a story in which something was hidden."""
     if verdict.kind is not Kind.NAMED or not isinstance(answer, Callout):
         return answer
-    lines = [f"The hidden effect was found: {_told(effect)}." for effect in verdict.effects]
-    return replace(answer, text="\n".join([*lines, *([verdict.said.left] if verdict.said.left else [])]))
-
-
-def _told(effect: Json) -> str:
-    """`cogging on outer, 30 mN m (29.9 to 30.1 mN m), 12 per turn (probability 0.97)`."""
-    periodic = {p.name for p in CATALOGUE[effect["name"]].parameters if p.periodic}
-    first, *others = (number for name, number in effect["parameters"].items() if name not in periodic)
-    low, high = (quantity(first[end], first["unit"]) for end in ("low", "high"))
-    numbers = [f"{quantity(first['value'], first['unit'])} ({low} to {high})"]
-    numbers += [quantity(number["value"], number["unit"]) for number in others]
-    where = f"{effect['name'].replace('_', ' ')} on {effect['axis']}"
-    return f"{where}, {', '.join(numbers)} (probability {effect['probability']:.2f})"
+    return replace(answer, text=f"The hidden effect was found: {answer.text[0].lower()}{answer.text[1:]}")
 
 
 #: the stages in order

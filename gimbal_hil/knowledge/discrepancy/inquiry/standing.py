@@ -13,7 +13,7 @@ from sim_backend.model import AntennaModel
 
 
 class StandingGap(TypedDict):
-    """One entry of `gaps` in verdict.json, where nothing was searched: the keys that are closed shares are null."""
+    """One entry of `gaps` in verdict.json, where nothing was searched: the keys of shares and intervals are null."""
 
     axis: str
     signal: str
@@ -28,6 +28,8 @@ class StandingGap(TypedDict):
     closed_fraction: None
     closed_low: None
     closed_high: None
+    before_low: None
+    before_high: None
     on: str
 
 
@@ -53,6 +55,8 @@ def standing(model: AntennaModel, table: SignalsTable) -> list[StandingGap]:
             "closed_fraction": None,
             "closed_low": None,
             "closed_high": None,
+            "before_low": None,
+            "before_high": None,
             "on": "a motion that the model has not seen",
         }
         for j, channel in enumerate(twin.channels)

@@ -4,6 +4,7 @@ from gimbal_hil.knowledge.discrepancy.verdict.attributed import attributed, foun
 from gimbal_hil.knowledge.discrepancy.verdict.contradictions import ramps_apart
 from gimbal_hil.knowledge.discrepancy.verdict.corrected import corrected_model, explained_by, recalibrated_model
 from gimbal_hil.knowledge.discrepancy.verdict.discrepancy_page import discrepancy_page
+from gimbal_hil.knowledge.discrepancy.verdict.headlines import headline, is_brief
 from gimbal_hil.knowledge.discrepancy.verdict.separating import (
     CHANCE,
     all_sequences,
@@ -14,7 +15,7 @@ from gimbal_hil.knowledge.discrepancy.verdict.separating import (
 from gimbal_hil.knowledge.discrepancy.verdict.shown_table import smallest_shown
 from gimbal_hil.knowledge.discrepancy.verdict.torque_times import with_torque_times
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict, entries_of, refusal, verdict_of
-from gimbal_hil.knowledge.discrepancy.verdict.wording import headline, told_contradictions
+from gimbal_hil.knowledge.discrepancy.verdict.wording import told_contradictions
 
 __all__ = [
     "CHANCE",
@@ -27,6 +28,7 @@ __all__ = [
     "explained_by",
     "found_numbers",
     "headline",
+    "is_brief",
     "ramps_apart",
     "recalibrated_model",
     "refusal",

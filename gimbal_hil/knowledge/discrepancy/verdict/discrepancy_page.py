@@ -32,6 +32,7 @@ from gimbal_hil.pages.report import (
     Table,
     Text,
     Tiles,
+    from_to,
     quantity,
 )
 from sim_backend.model import AntennaModel
@@ -134,17 +135,17 @@ def _gap_tiles(result: Result, found: Verdict, gap: Gap) -> list[tuple[str, str]
     before, after = (gap.before, gap.noise_floor), (gap.after, gap.noise_floor_after)
     if not explained(result):
         return [
-            (quantity(gap.before, gap.unit), f"{which}, {channel}: {gap.before / gap.noise_floor:.1f} noise floors")
+            (quantity(gap.before, gap.unit), f"{which}, {channel}: {gap.before / gap.noise_floor:.3g} noise floors")
         ]
-    size = " → ".join(quantity(rms, gap.unit) for rms, _ in (before, after))
-    floors = " → ".join(f"{rms / floor:.1f}" for rms, floor in (before, after))
+    size = from_to(gap.before, gap.after, gap.unit)
+    floors = " → ".join(f"{rms / floor:.3g}" for rms, floor in (before, after))
     tiles = [(size, f"{which}, {channel}: {floors} noise floors")]
     if gap.closed_fraction is not None and gap.closed_low is not None and gap.closed_high is not None:
         low, high = share_text(gap.closed_low), share_text(gap.closed_high)
         between = f" ({low} to {high})" if low != high else ""
         tiles.append((share_text(gap.closed_fraction), f"of it closed{between}, {_judged_on(result)}"))
     for one in still_open(found.gaps)[:1]:
-        times = f"{one.after / one.noise_floor_after:.1f} noise floors"
+        times = f"{one.after / one.noise_floor_after:.3g} noise floors"
         tiles.append((quantity(one.after, one.unit), f"largest gap still unexplained, {_channel(one)}: {times}"))
     return tiles
 

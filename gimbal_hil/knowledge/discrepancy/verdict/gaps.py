@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import noise_of_motion, torque_residual
 from gimbal_hil.knowledge.discrepancy.inquiry import BLOCK_S, DRAWS, LEAST_GAP, Inquiry, State
@@ -39,6 +40,9 @@ class Gap:
     closed_fraction: float | None
     closed_low: float | None
     closed_high: float | None
+    #: 90 % block-bootstrap interval of `before`
+    before_low: float
+    before_high: float
     on: str = "held-out"
 
 
@@ -82,6 +86,7 @@ def gaps_of(result: Result) -> tuple[Gap, ...]:
         floor, noise = float(inquiry.floor[j]), result.noise.floors[j]
         before, moved, after = (float(np.sqrt(np.mean(part[:, j] ** 2))) * floor for part in (stated, null, best))
         closed = low = high = None
+        least, most = (floor * end for end in _rms_within(stated[:, j] ** 2, length))
         if moved > _A_GAP * floor:
             closed, low, high = _closed(null[:, j] ** 2, best[:, j] ** 2, length)
         unit = channel.unit(result.model.is_linear)
@@ -95,15 +100,14 @@ def gaps_of(result: Result) -> tuple[Gap, ...]:
         found.append(Gap(
             channel.axis, channel.signal, unit, (0.0, bands.scored_hz), before, moved, after, floor,
             float(noise_after[j]), source, float(result.noise.processing[j]), closed, low, high,
+            least, most,
         ))  # fmt: skip
     return tuple(found)
 
 
 def _closed(before: Floats, after: Floats, length: int) -> tuple[float, float, float]:
     """Closed share of the gap and its 90 % block-bootstrap interval; squares in floors."""
-    length = min(length, max(1, len(before) // 4))
-    b, a = block_sums(before, length) / length, block_sums(after, length) / length
-    draws = np.random.default_rng(2).integers(0, len(b), (DRAWS, len(b)))
+    (b, a), draws = _in_blocks(length, before, after)
 
     def share(x: Floats, y: Floats) -> Floats:
         return np.asarray(1.0 - (y - 1.0) / np.maximum(x - 1.0, 1e-9))
@@ -111,3 +115,18 @@ def _closed(before: Floats, after: Floats, length: int) -> tuple[float, float, f
     low, high = np.quantile(share(b[draws].mean(axis=1), a[draws].mean(axis=1)), [0.05, 0.95])
     whole = float(share(np.asarray(before.mean()), np.asarray(after.mean())))
     return min(1.0, whole), min(1.0, float(low)), min(1.0, float(high))
+
+
+def _rms_within(squares: Floats, length: int) -> tuple[float, float]:
+    """90 % block-bootstrap interval of the rms of what is left; squares in floors."""
+    (blocks,), draws = _in_blocks(length, squares)
+    low, high = np.sqrt(np.quantile(blocks[draws].mean(axis=1), [0.05, 0.95]))
+    return float(low), float(high)
+
+
+def _in_blocks(length: int, *squares: Floats) -> tuple[list[Floats], NDArray[np.int64]]:
+    """Mean squares of blocks, and which of the blocks each draw takes, (draws, blocks)."""
+    length = min(length, max(1, len(squares[0]) // 4))
+    blocks = [block_sums(one, length) / length for one in squares]
+    count = len(blocks[0])
+    return blocks, np.random.default_rng(2).integers(0, count, (DRAWS, count))

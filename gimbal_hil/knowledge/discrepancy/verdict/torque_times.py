@@ -15,8 +15,9 @@ from gimbal_hil.knowledge.discrepancy.inquiry import scored_band
 from gimbal_hil.knowledge.discrepancy.judgement import Result
 from gimbal_hil.knowledge.discrepancy.twin import Floats, Twin, record_of
 from gimbal_hil.knowledge.discrepancy.verdict.corrected import corrected_model, explained_by, recalibrated_model
+from gimbal_hil.knowledge.discrepancy.verdict.headlines import answer_of
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict
-from gimbal_hil.knowledge.discrepancy.verdict.wording import SHIFTED, answer_of, told_shifts
+from gimbal_hil.knowledge.discrepancy.verdict.wording import SHIFTED, told_shifts
 from gimbal_hil.knowledge.identification import DataWarning, Timing, centred_torque, fit_rigid_axis, regression_rule
 from gimbal_hil.pages.report import quantity
 from sim_backend.effects import CATALOGUE, Hook, Variable

@@ -306,7 +306,7 @@ def _separating(one: Told, suspected_only: bool) -> Json | None:
         plan = separating_run(name, rivals[0], {n: e.excited_by for n, e in CATALOGUE.items()})
         return {"plan": plan, "separates": [name, rivals[0]]}
     if suspected_only:
-        return {"plan": "the same causes on another trajectory, given as --holdout", "separates": [name, CHANCE]}
+        return {"plan": "another motion of the same antenna, given as --holdout", "separates": [name, CHANCE]}
     return None
 
 

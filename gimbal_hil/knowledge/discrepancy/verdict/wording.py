@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from firmware_protocol.json_object import Json
+from gimbal_hil.knowledge.discrepancy.inquiry import rms
 from gimbal_hil.knowledge.discrepancy.judgement import Denial, Kind, Result, Status, Told
 from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, closed_most, largest, share_text, still_open
+from gimbal_hil.knowledge.discrepancy.verdict.headlines import answer_of, at_first, name_of
 from gimbal_hil.knowledge.discrepancy.verdict.laws import told_laws
 from gimbal_hil.knowledge.discrepancy.verdict.separating import UPRIGHT
-from gimbal_hil.pages.report import quantity
+from gimbal_hil.pages.report import between, quantity
 from sim_backend.effects import CATALOGUE, FittedNumber, Variable
 from sim_backend.model import NUMBER_AT, AntennaModel, mass_stands_in
 
@@ -25,7 +27,7 @@ _ELSE = {
     True: "No drive acts before its command, so it is the log; state it",
     False: "A delay of the drive looks the same; if it is the log, state it",
 }
-#: numbers of a cause that a headline tells; the rest stand in the table
+#: known numbers that moved, of which the text tells the farthest
 _NUMBERS = 3
 
 
@@ -95,29 +97,6 @@ def told(
     return Said(answer_of(effects, alternatives), first + _doubts(result) + forms + against, _remainder(gaps))
 
 
-def answer_of(effects: Sequence[Json], alternatives: Sequence[Json]) -> str:
-    """What was found, a line for each cause; of causes that the logs cannot tell apart first that, then each."""
-    lines = []
-    for effect in effects:
-        name = effect["name"], effect["axis"]
-        others = [one for one in alternatives if (one["instead_of"], one["instead_of_axis"]) == name]
-        if effect["status"] == Status.AMBIGUOUS.value and others:
-            lines.append(f"{_at_first(_either([effect, *others]))}: these logs cannot tell which.")
-            lines += [f"{headline(one)}." for one in (effect, *others)]
-        else:
-            lines.append(f"{headline(effect)}.")
-    return "\n".join(lines)
-
-
-def _either(causes: Sequence[Json]) -> str:
-    """`cable spring or static unbalance on inner`."""
-    axes = {one["axis"] for one in causes}
-    if len(axes) > 1:
-        return " or ".join(dict.fromkeys(_name(one["name"], one["axis"]) for one in causes))
-    names = dict.fromkeys(one["name"].replace("_", " ") for one in causes)
-    return f"{' or '.join(names)} on {axes.pop()}"
-
-
 def _would_have_shown(result: Result) -> str:
     """From which size on errors of the numbers that people ask about would have shown."""
     said = []
@@ -180,7 +159,7 @@ def _where_judged(result: Result) -> str:
 
 
 def _unexplained(result: Result, gaps: Sequence[Gap]) -> Said:
-    tried = ", ".join(dict.fromkeys(_name(*label) for label in result.path.state.hypothesis.labels))
+    tried = ", ".join(dict.fromkeys(name_of(*label) for label in result.path.state.hypothesis.labels))
     shape = max(result.decision.remainders, key=lambda r: r.after)
     seen = ""
     over = result.decision.depends_on
@@ -197,11 +176,26 @@ def _unexplained(result: Result, gaps: Sequence[Gap]) -> Said:
         attempt = f"the best attempt ({tried}) leaves {least:.1f} noise floors and is not confirmed"
     where = " Only the hold-out has this gap." if result.only_in_hold_out else ""
     gap = largest(gaps)
-    return Said(f"{searched} explains the {_of_channel(gap)}: {_floors(gap)}.", f"{_at_first(attempt)}.{where}{seen}")
+    if gap.before > result.request.policy.least_gap * gap.noise_floor:
+        answer = f"{searched} explains the {_of_channel(gap)}: {_floors(gap)}."
+    else:
+        answer = f"{searched} explains {_elsewhere(result, gaps)}, and the rows that judge do not have it."
+    return Said(answer, f"{at_first(attempt)}.{where}{seen}")
+
+
+def _elsewhere(result: Result, gaps: Sequence[Gap]) -> str:
+    """The largest gap of rows that were fitted or that selected, which is all that there is where those that judge have
+    none.
+    """
+    parts = {"of the searched logs": result.null.fitted, "of the first half of the hold-out": result.null.selecting}
+    found = [(float(left), gap, of) for of, rows in parts.items() for left, gap in zip(rms(rows), gaps, strict=True)]
+    floors, gap, of = max(found, key=lambda one: one[0])
+    size = f"{quantity(floors * gap.noise_floor, gap.unit)} or {floors:.3g} times the noise floor"
+    return f"the {_of_channel(gap)} {of}: {size}"
 
 
 def _doubts(result: Result) -> str:
-    """Why a name is not sure."""
+    """Why a name is not sure, where that is not what cannot be told from it, which the answer says."""
     if result.suspected_only and result.only_in_hold_out:
         return " Only the hold-out has this gap, and no log of another trajectory: it is suspected, not shown."
     if result.suspected_only:
@@ -211,21 +205,19 @@ def _doubts(result: Result) -> str:
         if one.status is Status.NAMED:
             continue
         name, axis = one.standing.label
-        said = _name(name, axis)
-        at_first = _at_first(said)
+        said = name_of(name, axis)
         denied = [denial for denial in one.denials if denial.label == one.standing.label]
         if denied:
             found += [f" {_denied(denial)}" for denial in denied]
-        elif one.close:
-            told_from = " or ".join(dict.fromkeys(_name(*rival.label) for rival in one.close))
-            found.append(f" {at_first} cannot be told from {told_from} on this data; the run that would is proposed.")
         elif one.standing.silent:
             found.append(f" The hold-out has no trace of {said}, which is therefore suspected, not shown.")
         elif one.standing.at_bound:
             stands = ", ".join(one.standing.at_bound)
-            found.append(f" {at_first} stands at the bound of what is possible ({stands}): nothing is known of it.")
-        elif not one.denials:
-            found.append(f" {at_first} is probable only ({one.probability:.0%}){_why(result, one)}.")
+            found.append(
+                f" {at_first(said)} stands at the bound of what is possible ({stands}): nothing is known of it."
+            )
+        elif not (one.close or one.denials):
+            found.append(f" {at_first(said)} is probable only ({one.probability:.0%}){_why(result, one)}.")
     return "".join(found)
 
 
@@ -233,8 +225,8 @@ def _denied(one: Denial) -> str:
     """What `identify` says against a number that would be off."""
     said = f"{one.identified:.4g} {one.unit} ({one.low:.4g} to {one.high:.4g})"
     return (
-        f"identify denies {_name(*one.label)}: of the same logs it says {one.parameter} {said}, nearer to the model's "
-        f"{one.stated:.4g} than to {one.told:.4g}; nothing beside it on {one.label[1]} is a name then."
+        f"identify denies {name_of(*one.label)}: of the same logs it says {one.parameter} {said}, nearer to the "
+        f"model's {one.stated:.4g} than to {one.told:.4g}; nothing beside it on {one.label[1]} is a name then."
     )
 
 
@@ -247,56 +239,9 @@ def _why(result: Result, one: Told) -> str:
     return ""
 
 
-def _at_first(said: str) -> str:
-    """At the start of a sentence; names of axes stay as they are written."""
-    return said[0].upper() + said[1:]
-
-
-def _name(effect: str, axis: str) -> str:
-    return f"{effect.replace('_', ' ')} on {axis}"
-
-
-def headline(effect: Json) -> str:
-    """A told cause in the field's words and numbers: what, where, how large, how sure."""
-    periodic = {p.name for p in CATALOGUE[effect["name"]].parameters if p.periodic}
-    told = []
-    for entry in effect.get("entries") or [effect["parameters"]]:
-        numbers = {name: number for name, number in entry.items() if name not in periodic}
-        moved = {name: number for name, number in numbers.items() if number["value"] != number["nominal"]}
-        # one that moved behind the digits that are told says nothing, unless all did
-        moved = {name: number for name, number in moved.items() if _shows(number)} or moved
-        told.append(", ".join(_number(name, number) for name, number in list(moved.items())[:_NUMBERS]))
-    told = [one for one in told if one] or ["its numbers are not known"]
-    where = _at_first(_name(effect["name"], effect["axis"]))
-    of_log = f", or {effect['or_in_the_log']}" if "or_in_the_log" in effect else ""
-    return f"{where}: {' and '.join(told)}{of_log}; probability {effect['probability']:.2f}"
-
-
-def _shows(number: Json) -> bool:
-    unit, nominal = number["unit"], number["nominal"]
-    return nominal is None or quantity(number["value"], unit) != quantity(nominal, unit)
-
-
-def _number(name: str, number: Json) -> str:
-    value, unit, nominal = _as_known(number), number["unit"], number["nominal"]
-    # "8 per turn" says what it is
-    said = value if unit.startswith("1/") else f"{name.replace('_', ' ')} {value}"
-    return said if nominal is None else f"{said} (model: {quantity(nominal, unit)})"
-
-
-def _as_known(number: Json) -> str:
-    """A value where its interval is narrower than it, else how far the interval goes."""
-    value, low, high, unit = (number[key] for key in ("value", "low", "high", "unit"))
-    spread = 0.5 * (high - low)
-    if abs(value) >= spread:
-        return quantity(value, unit)
-    # what is nothing within its interval has no digits of its own; of a factor half as much and twice are as near
-    nothing = low <= 0.0 <= high
-    return f"0 \u00b1 {quantity(spread, unit)}" if nothing else f"{quantity(low, unit)} to {quantity(high, unit)}"
-
-
 def _floors(gap: Gap) -> str:
-    return f"{quantity(gap.before, gap.unit)} or {gap.before / gap.noise_floor:.1f} times the noise floor"
+    size = between(gap.before, gap.before_low, gap.before_high, gap.unit)
+    return f"{size} or {gap.before / gap.noise_floor:.3g} times the noise floor"
 
 
 def _size(start: str, gap: Gap) -> str:
@@ -305,7 +250,7 @@ def _size(start: str, gap: Gap) -> str:
 
 def _undetermined(effect: Json) -> str:
     form = effect["form_undetermined"]
-    name, alike = _name(effect["name"], effect["axis"]), " and ".join(form["between"])
+    name, alike = name_of(effect["name"], effect["axis"]), " and ".join(form["between"])
     correlation = f"{alike} have a canonical correlation of {form['canonical_correlation']:.2f}"
     return f" The form of {name} is undetermined on this data: {correlation}."
 
@@ -328,7 +273,7 @@ def told_unseen(result: Result, unseen: Sequence[Json]) -> str:
     labels = [one.standing.label for one in result.told] or result.path.state.hypothesis.labels
     placed = {axis for name, axis in labels if name in CATALOGUE and Variable.POSITION in CATALOGUE[name].acts_through}
     asked = [e for e in unseen if e["name"] in result.request.only or (e["reason"] == UPRIGHT and e["axis"] in placed)]
-    return "".join(f" {_at_first(_name(e['name'], e['axis']))} was not tested: {e['reason']}." for e in asked)
+    return "".join(f" {at_first(name_of(e['name'], e['axis']))} was not tested: {e['reason']}." for e in asked)
 
 
 def told_hidden(result: Result) -> str:
@@ -377,10 +322,8 @@ def told_contradictions(found: Sequence[Json]) -> list[str]:
 
 def _remainder(gaps: Sequence[Gap]) -> str:
     """What the causes leave, in its unit and in floors of the model with them."""
-    places = ", ".join(
-        f"{_of_channel(g)} {quantity(g.after, g.unit)} ({g.after / g.noise_floor_after:.1f} noise floors)"
-        for g in still_open(gaps)
-    )
+    left = ((gap, f"{gap.after / gap.noise_floor_after:.3g} noise floors") for gap in still_open(gaps))
+    places = ", ".join(f"{_of_channel(gap)} {quantity(gap.after, gap.unit)} ({floors})" for gap, floors in left)
     return f"Still unexplained: {places}." if places else ""
 
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
-from gimbal_hil.pages.report import Block, Heading, Table, Text
+from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text
 from gimbal_hil.proof.bench.faults.matrix import FaultOutcome
 from gimbal_hil.proof.bench.faults.rows import Motion
 
-HEADER = ("Row", "Line", "Seen as", "Safe", "Bound", "At rest", "Faster by", "Travel", "Bound", "Verdict")
+if TYPE_CHECKING:
+    from gimbal_hil.pages.plots import Drawing
+
+HEADER = ("Fault", "Line", "Seen as", "Safe", "Bound", "At rest", "Faster by", "Travel", "Bound", "Verdict")
 
 
 def matrix_text(found: Sequence[FaultOutcome]) -> str:
@@ -20,8 +24,64 @@ def matrix_text(found: Sequence[FaultOutcome]) -> str:
 
 
 def matrix_blocks(found: Sequence[FaultOutcome]) -> list[Block]:
-    """A section of the results page."""
-    return [Heading("Faults"), *(Text(line) for line in summary(found)), Table(HEADER, list(map(_cells, found)))]
+    """The answer of the results page, how near each row came to its bounds, and all rows."""
+    caption = "Dots: rows, of each line; the upright line is the bound of the row."
+    return [
+        _answer(found),
+        *(Text(_sentence(line)) for line in summary(found)[1:]),
+        Plot(_shares("Time until safe", found, lambda one: (one.safe_s or 0.0) / one.row.safe_s), caption),
+        Plot(_shares("Travel until at rest", found, lambda one: one.travel_rad / one.row.travel_rad), caption),
+        Heading("Every fault"),
+        Table(HEADER, list(map(_cells, found))),
+    ]
+
+
+def _answer(found: Sequence[FaultOutcome]) -> Callout:
+    """Whether every row kept its bounds, and which came nearest; else the first that did not."""
+    lines = " and ".join(dict.fromkeys(str(one.transport) for one in found))
+    wrong = [one for one in found if one.problem]
+    if wrong:
+        first = f"{wrong[0].row.name} on {wrong[0].transport}: {wrong[0].problem}"
+        return Callout(
+            f"{len(wrong)} of {len(found)} faults on {lines} did not end as they must. The first: {first}.", "bad"
+        )
+    slowest = max((one for one in found if one.safe_s is not None), key=lambda one: one.safe_s or 0.0, default=None)
+    said = f"All {len(found)} faults on {lines} ended safely and within their bounds"
+    if slowest is None:
+        return Callout(f"{said}.", "good")
+    within = f"{slowest.safe_s:.3f} s of {slowest.row.safe_s:.3f} allowed ({slowest.row.name})"
+    return Callout(f"{said}, the slowest after {within}.", "good")
+
+
+def _sentence(line: str) -> str:
+    return f"{line[0].upper()}{line[1:]}."
+
+
+def _shares(title: str, found: Sequence[FaultOutcome], share: Callable[[FaultOutcome], float]) -> Drawing:
+    """How much of its bound each row took, a line for each kind of fault, a colour for each motion."""
+    from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, REFERENCE, figure
+
+    kinds = list(dict.fromkeys(_kind(one) for one in found))
+    drawn = figure(title, "share of what is allowed [%]", "", 130 + 26 * len(kinds))
+    for motion, colour in zip(Motion, (REFERENCE, MEASURED, MODEL), strict=True):
+        own = [one for one in found if one.row.motion is motion and one.safe_s is not None]
+        dots = dict(color=colour, size=8, opacity=0.8)
+        drawn.add_scatter(
+            x=[100.0 * share(one) for one in own],
+            y=[_kind(one) for one in own],
+            name=str(motion),
+            mode="markers",
+            marker=dots,
+        )
+    drawn.add_vline(x=100.0, color=ALERT, width=1.5)
+    drawn.update_xaxes(range=[0.0, 105.0])
+    drawn.update_yaxes(autorange="reversed")
+    drawn.update_layout(hovermode="closest")
+    return drawn
+
+
+def _kind(one: FaultOutcome) -> str:
+    return one.row.name.partition(": ")[2]
 
 
 def summary(found: Sequence[FaultOutcome]) -> list[str]:
@@ -46,4 +106,4 @@ def _cells(one: FaultOutcome) -> list[str]:
     row = one.row
     travel = [f"{one.excess_rad_s:.2f} rad/s", f"{one.travel_rad:.3f} rad", f"{row.travel_rad:.2f} rad"]
     times = [seconds(one.safe_s), seconds(row.safe_s), seconds(one.rest_s)]
-    return [row.name, str(one.transport), one.cause, *times, *travel, one.problem or "right"]
+    return [row.name, str(one.transport), one.cause.replace("_", " "), *times, *travel, one.problem or "right"]
