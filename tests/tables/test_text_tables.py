@@ -225,6 +225,10 @@ def test_units_in_the_header_count_where_none_is_given(tmp_path: Path) -> None:
     assert np.allclose(read(path, text, (*words[:2], "joint.position=q [deg]:1*rad")).position("joint"), Q, atol=1e-6)
     below = whole([",".join(HEADER), "[s],[Nm],[°]", *lines()[1:]])
     assert np.allclose(read(path, below).position("joint"), np.radians(Q), atol=1e-6)
+    behind = whole(lines(header=("t/s", "tau_mNm", "q deg")))
+    table = read(path, behind, ("time_s=t/s", "joint.torque=tau_mNm", "joint.position=q deg"))
+    assert np.allclose(table.position("joint"), np.radians(Q), atol=1e-6)
+    assert np.allclose(table.torque("joint"), 1e-3 * U, atol=1e-6)
     counts = whole([*lines(header=("t [s]", "tau (mNm)", "q [counts]"))])
     with pytest.raises(BadInputError, match=r"'counts', which the file says, is no unit for joint\.position"):
         read(path, counts, (*words[:2], "joint.position=q [counts]"))

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from gimbal_hil.data.tables import UNITS, unit_size
+from gimbal_hil.data.tables import UNITS, unit_in_name, unit_size
 
 OUNCE_INCH, POUND_INCH = 0.0070615518, 0.1129848290
 
@@ -72,3 +72,32 @@ def test_other_units_are_asked_of_the_library(said: str, si: str, size: float) -
     pytest.importorskip("pint", reason="the extra units is not installed")
     found = unit_size(said, si)
     assert found is not None and found[0] == pytest.approx(size, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "si", "unit"),
+    [
+        ("angle_deg", "rad", "deg"),
+        ("theta/deg", "rad", "deg"),
+        ("torque_mNm", "N m", "mNm"),
+        ("time us", "s", "us"),
+        ("Moment (N·mm)", "N m", "N·mm"),
+        # a name, a part of one, a place in a list, another quantity, and words that a library alone takes for units
+        ("deg", "rad", ""),
+        ("q_m", "rad", ""),
+        ("log_in", "m", ""),
+        ("position[0]", "rad", ""),
+        ("current_mA", "N m", ""),
+        ("torque_cal", "N m", ""),
+        ("torque (cal)", "N m", ""),
+    ],
+)
+def test_a_name_that_ends_in_a_unit_states_it(name: str, si: str, unit: str) -> None:
+    assert unit_in_name(name, si) == unit
+
+
+@pytest.mark.parametrize(("name", "size"), [("M (µN·m)", 1e-6), ("M [gf.cm]", 9.80665e-5)])
+def test_a_unit_in_brackets_may_be_one_that_only_a_library_knows(name: str, size: float) -> None:
+    pytest.importorskip("pint", reason="the extra units is not installed")
+    found = unit_size(unit_in_name(name, "N m"), "N m")
+    assert found is not None and found[0] == pytest.approx(size)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.data.tables import unit_size
+from gimbal_hil.data.tables import unit_in_name, unit_size
 
 #: words in a name -> points for a signal; the more special the word, the more it counts
 _WORDS: Mapping[str, Mapping[str, int]] = {
@@ -66,8 +66,7 @@ _WANTED = frozenset(
 )
 #: signals -> SI units that they may be in
 _UNITS: Mapping[str, tuple[str, ...]] = {"position": ("rad", "m"), "torque": ("N m", "N"), "current": ("A",)}
-#: letters that end a name oftener than they are its unit
-_SHORT = ("a", "n", "m", "g", "s", "in", "1")
+_SI = tuple(si for units in _UNITS.values() for si in units)
 _OTHER_UNIT = re.compile(r"/s|rpm|dps|°c|degc|volt|^v$|hz", re.IGNORECASE)
 _LEAST = 3
 
@@ -133,7 +132,7 @@ def _points(found: Found, signal: str) -> tuple[int, str]:
     if found.unit and _OTHER_UNIT.search(found.unit):
         return 0, ""
     points = max((_WORDS[signal].get(token, 0) for token in tokens), default=0)
-    stated = found.unit.strip() or _unit_tail(found.column)
+    stated = found.unit.strip() or next((unit for si in _SI if (unit := unit_in_name(found.column, si))), "")
     fits = any(unit_size(stated, si) is not None for si in _UNITS[signal]) if stated else False
     of_another = not fits and any(unit_size(stated, si) is not None for units in _UNITS.values() for si in units)
     points += 3 if fits else -2 if of_another else 0
@@ -150,13 +149,6 @@ def _unit_of_drive(column: str, columns: Sequence[Found]) -> str:
     prefix, _, last = column.rpartition(".")
     beside = {one.column.rpartition(".")[2] for one in columns if one.column.rpartition(".")[0] == prefix}
     return "turn" if last == "pos_estimate" or (last == "POSITION" and "MODE" in beside) else ""
-
-
-def _unit_tail(name: str) -> str:
-    """The unit that a name ends in: behind an underscore or a space, in brackets or not; empty where none is."""
-    tail = re.split(r"[_\s\[(/]", name.rstrip(")] "))[-1]
-    known = any(unit_size(tail, si) is not None for units in _UNITS.values() for si in units) if tail else False
-    return tail if known and tail != name and tail.lower() not in _SHORT else ""
 
 
 def _tokens(name: str) -> Iterator[str]:

@@ -2,7 +2,8 @@
 
 A torque that is the same to the last digit in many rows is nothing wrong: a drive at its limit, one that is off, a step
 that was commanded. It is wrong where the joint moves in those rows as another torque would move it: nothing that a
-motion needs puts them and the other rows of the same log together, and the model asks for another one too.
+motion needs puts them and the other rows of the same log together, and the model asks for another one too. At the ends
+of a column's range the other rows say so alone: beyond a rail they ask for more, at a drive's limit for what it gives.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ _SMOOTHING_S, _SLOW = 0.01, 0.02
 #: them by that share, and may be off by that factor in its friction
 _TIMES, _MISSED, _SHARE, _FRICTION = 5.0, 0.1, 0.25, 3.0
 _POWERS = (1, 2, 3)
+#: of rows at a rail the others ask more in this share; at a limit that the drive has they do in half
+_BEYOND = 0.75
 
 
 def held_torques(model: AntennaModel, table: SignalsTable, axis: str) -> Iterator[Impossible]:
@@ -41,10 +44,17 @@ def held_torques(model: AntennaModel, table: SignalsTable, axis: str) -> Iterato
         return
     # of rows that are not held alone an answer for held ones would be far from what those rows had
     missed = np.abs(torque - columns @ _least_squares(columns[moves], torque[moves]))
-    beside = np.abs(torque - columns @ _least_squares(columns[outside], torque[outside]))
+    as_others = columns @ _least_squares(columns[outside], torque[outside])
+    beside = np.abs(torque - as_others)
     short = np.maximum(np.abs(torque - needed) - slack, 0.0)
     usual, asked = _rms(beside[outside]), _rms(torque[outside])
-    if _rms(missed[inside]) > max(_TIMES * usual, _MISSED * asked) and _rms(short[inside]) > _SHARE * asked:
+    at_rails = inside & _at_the_ends(table.torque(axis))
+    more = ((as_others - torque) * np.sign(torque))[at_rails]
+    if len(more) >= 4 * AROUND and np.mean(more > 0.0) > _BEYOND and np.median(more) > usual:
+        rows = np.flatnonzero(at_rails)
+        what = f"is at the end of the column's range, {len(rows)} rows in all, where the motion asks for more torque"
+        yield Impossible(f"{axis}.torque", tuple(rows.tolist()), what, ColumnFault.STILL)
+    elif _rms(missed[inside]) > max(_TIMES * usual, _MISSED * asked) and _rms(short[inside]) > _SHARE * asked:
         rows = np.flatnonzero(inside & (missed > _TIMES * usual))
         what = (
             f"is the same as in the rows around it, {len(rows)} rows in all, where the motion asks for another torque"
@@ -66,6 +76,11 @@ def _in_runs(torque: Floats) -> np.ndarray:
         if last - first + 1 >= _HELD_ROWS:
             held[first - 1 : last] = True
     return held
+
+
+def _at_the_ends(torque: Floats) -> np.ndarray:
+    """Which rows hold the largest or the smallest torque of a column, (n,)."""
+    return (torque == torque.max()) | (torque == torque.min())
 
 
 def _smoothed(model: AntennaModel, table: SignalsTable) -> tuple[Floats, Floats, Floats]:

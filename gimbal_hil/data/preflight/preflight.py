@@ -52,6 +52,7 @@ def preflight(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> None:
         for table in tables:
             _check_attitude(table)
             _check_energy(model, table)
+            _check_torque(model, table)
         return
     found, which = misread
     _require_rate(model, which, found)
@@ -139,6 +140,21 @@ def _check_energy(model: AntennaModel, table: SignalsTable) -> None:
         f"{'seems to be in ' + unit if unit else 'seem to be in other units'}: {why}",
         "seconds, or --column time_s=COLUMN:UNIT" if unit else "seconds, radians and N m, or --column NAME=COLUMN:UNIT",
     )
+
+
+def _check_torque(model: AntennaModel, table: SignalsTable) -> None:
+    """Raise BadInputError for a torque that is beyond its actuator in most rows: cut to what the actuator gives, it is
+    another one, and fits a motion as such.
+    """
+    for axis in model.axes:
+        limit, usual = model.number(axis, "actuator.limit"), float(np.median(np.abs(table.commanded(axis))))
+        if usual > limit > 0.0:
+            raise BadInputError(
+                f"{table.source or 'log'}: {axis}.torque",
+                f"is {usual:.3g} or more in half of the rows, and the model's actuator gives {limit:g}: it seems to be "
+                "in another unit",
+                f"--column {axis}.torque=COLUMN:UNIT, or the actuator's limit in the model",
+            )
 
 
 def misreading(

@@ -23,6 +23,7 @@ from gimbal_hil.data.tables import (
     RawColumns,
     knows_all_units,
     listed,
+    unit_in_name,
     unit_size,
 )
 
@@ -84,6 +85,7 @@ class ColumnMap:
         for name in missing:
             raise _not_there(raw, name, without_time(self.sources[name], known)[0])
         split = {name: terms for name, terms in found.items() if terms is not None}
+        raw = _with_named_units(raw, split, axes if linear else ())
         taken = {term.column for terms in split.values() for term in terms} | set(split)
         values = {name: column for name, column in raw.values.items() if name not in taken}
         texts = {name: raw.texts[name] for name in values}
@@ -139,6 +141,16 @@ class ColumnMap:
                 f"--column {name}={source}", f"a signals table has no column {name!r}", hint + ", ".join(allowed)
             )
         return terms_of(without_time(source, known)[0], known)
+
+
+def _with_named_units(raw: RawColumns, split: Mapping[str, Sequence[Term]], linear: Sequence[str]) -> RawColumns:
+    """The file with the units that the names of these columns end in, where it states none otherwise."""
+    named = {
+        terms[0].column: unit
+        for name, terms in split.items()
+        if len(terms) == 1 and (unit := unit_in_name(terms[0].column, unit_of(name, linear)))
+    }
+    return replace(raw, units={**named, **raw.units})
 
 
 def _require_agreement(name: str, term: Term, si: str, stated: Mapping[str, str]) -> None:

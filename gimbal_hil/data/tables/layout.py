@@ -28,7 +28,6 @@ _RULE = re.compile(r"[\s\-=_*+|]+")
 _WORDS_WITH_UNITS = re.compile(r"[^\s\[\](){}]+(?:\s*[\[({][^\])}]*[\])}])*(?:[^\s\[\](){}]+)*")
 #: lines above the rows among which a header is looked for
 _ABOVE = 6
-IN_BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]+)[\])]\s*$")
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,11 @@ import numpy as np
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.tables.decoding import decoded
 from gimbal_hil.data.tables.labels import arranged
-from gimbal_hil.data.tables.layout import IN_BRACKETS, Layout, cells_of, is_number
+from gimbal_hil.data.tables.layout import Layout, cells_of, is_number
 from gimbal_hil.data.tables.marks import ColumnMarks, MarkUse, marks_of, plain, without_marks
 from gimbal_hil.data.tables.moments import seconds_of
 from gimbal_hil.data.tables.raw import EMPTY_WORDS, Floats, OddLine, RawColumns, cleaned, told_apart
-from gimbal_hil.data.tables.unit_words import is_unit_word
+from gimbal_hil.data.tables.unit_words import IN_BRACKETS, is_unit_word
 
 #: lines below which a file is no log that was cut off
 _LEAST_LINES = 10

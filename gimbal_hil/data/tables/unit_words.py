@@ -95,16 +95,38 @@ _SPELLINGS: Mapping[str, str] = {
 #: of a torque or force: the weight of that mass is meant
 _WEIGHTS: Mapping[str, str] = {"lb": "lbf", "lbs": "lbf", "oz": "ozf", "kg": "kgf", "kp": "kgf", "gf": "gf"}
 _FORCES = ("N m", "N")
+#: letters that end a name oftener than they are its unit
+_SHORT = frozenset(("a", "n", "m", "g", "s", "d", "h", "k", "in", "1"))
+IN_BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]+)[\])]\s*$")
 
 
 def unit_size(word: str, si: str) -> tuple[float, float] | None:
     """Size of a unit in the SI unit `si`, and what it reads where that is zero; None for no unit of the same kind."""
+    found = _by_table(word, si)
+    return found if found is not None or si in ("", "degC") else _by_pint(_usual(word, si), si)
+
+
+def unit_in_name(name: str, si: str) -> str:
+    """The unit of the kind of `si` that the name of a column ends in, as `angle_deg`, `theta/deg` and `tau [gf cm]` do;
+    empty where it ends in none. A word that only a library takes for a unit is one in brackets alone, and of a torque
+    only in a product: `torque (cal)` is calibrated.
+    """
+    if (match := IN_BRACKETS.match(name)) is not None:
+        unit = match["unit"].strip()
+        if (unit_size if si not in _FORCES or not unit.isalpha() else _by_table)(unit, si) is not None:
+            return unit
+    start, *words = re.split(r"[_\s/]+", name.strip())
+    tail = words[-1] if words and start else ""
+    return tail if tail and tail.lower() not in _SHORT and _by_table(tail, si) is not None else ""
+
+
+def _by_table(word: str, si: str) -> tuple[float, float] | None:
     known = {_pressed(name): (name, size) for name, size in UNITS[si].items()}
     for said in (_pressed(word), _pressed(_usual(word, si)), _turned(_usual(word, si))):
         if said in known:
             name, size = known[said]
             return size, ZERO_DEGC.get(name, 0.0)
-    return None if si in ("", "degC") else _by_pint(_usual(word, si), si)
+    return None
 
 
 def is_unit_word(word: str) -> bool:

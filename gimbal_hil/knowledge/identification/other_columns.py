@@ -1,8 +1,9 @@
 """How else the torque column of a log may have come about, where its numbers leave that open.
 
-A torque that is the same for five rows was in force for them, or was asked for only every fifth row; an early one is
-early, or the position comes late through a low-pass. No number may depend on which: the regression is made for each,
-and the intervals hold all that the log leaves possible. `torque_column` has what zeros, steps and extremes leave open.
+A torque that is the same for five rows was in force for them, is their mean, or was asked for only every fifth row; an
+early one is early, or the position comes late through a low-pass. No number may depend on which: the regression is made
+for each, and the intervals hold all that the log leaves possible. `torque_column` has what zeros, steps and extremes
+leave open.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ _LEAST_ROWS, _MOST_ROWS, _FEWEST, _ALMOST_ALL = 1.8, 50.0, 50, 0.9
 #: a position behind a low-pass is possible where the squares that are left are at most so many times those of the plain
 #: one
 _POSSIBLE = 1.5
+#: a mean that is held for the rows that it was taken over is a mean over twice as many squares of rows
+_TWICE = 2.0**0.5
 #: rounds in which the lag of a position settles
 _ROUNDS = 3
 
@@ -56,12 +59,12 @@ def two_clocks(late: Sequence[Interval]) -> tuple[DataWarning, ...]:
 
 
 def refreshed_problems(motion: AxisMotion, ripples: Ripples) -> Iterator[tuple[ShiftedProblem, Vector]]:
-    """The regression of a log whose torque was read every so many rows, and was another one between; none where it
-    changes from row to row.
+    """The regressions of a log whose torque was read every so many rows, and was another one between, and of one where
+    it is the mean over them; none where it changes from row to row.
     """
     rows = stair_of(motion.torque)
-    if rows > 1.0:
-        mean = Smoothing.mean_over(rows * motion.step_s)
+    for width in (1.0, _TWICE) if rows > 1.0 else ():
+        mean = Smoothing.mean_over(width * rows * motion.step_s)
         yield from motion.problems(ripples, SmoothedLog(SmoothedColumn.TORQUE, mean))
 
 
