@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, closed_most, largest
-from gimbal_hil.knowledge.discrepancy.verdict.page_figures import sliced_mean, with_the_rest
+from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, _rms_within, closed_most, largest
+from gimbal_hil.knowledge.discrepancy.verdict.page_figures import gap_figure, sliced_mean, with_the_rest
 from gimbal_hil.knowledge.discrepancy.verdict.where import Regime, RegimeGroup
 
 
@@ -65,3 +65,19 @@ def test_the_page_shows_the_gap_that_its_text_speaks_of() -> None:
 
     torque, rate = gap("torque", 90.0, 30.0), gap("rate_error", 190.0, 190.0)
     assert closed_most((rate, torque)) is torque and largest((torque, rate)) is rate
+
+
+def test_a_gap_that_closes_to_the_floor_is_drawn_before_and_after() -> None:
+    channels = [("torque", 136.0, 1.08), ("rate_error", 1.0, 1.0)]
+    gaps = [
+        {"axis": "EL", "signal": signal, "before": before, "after": after, "processing_floor": 0.0, "noise_floor": 1.0}
+        for signal, before, after in channels
+    ]
+    drawn = gap_figure({"gaps": gaps, "effects": [{}], "laws": []}).to_dict()
+    assert [bars["name"] for bars in drawn["data"] if bars.get("type") == "bar"] == ["before", "after"]
+
+
+def test_the_interval_of_a_gap_holds_it_where_a_few_rows_have_it_all() -> None:
+    squares = np.concatenate([np.full(990, 0.1), np.full(57, 800.0)])
+    low, high = _rms_within(squares, 200)
+    assert low < np.sqrt(squares.mean()) < high

@@ -64,10 +64,10 @@ def change_page(comparison: MachineComparison) -> Page:
 
 def _said(comparison: MachineComparison) -> Callout:
     """The answer: a line for each cause, then how it is known."""
-    causes, rest = answer_of(comparison)
+    causes, first, more = answer_of(comparison)
     tone, perhaps = _TONES[comparison.kind], "" if comparison.kind is ChangeKind.CHANGED else "Perhaps "
     lines = [f"{perhaps}{cause}." if perhaps else f"{cause[0].upper()}{cause[1:]}." for cause in causes]
-    return Callout("\n".join(lines), tone, rest) if lines else Callout(rest, tone)
+    return Callout("\n".join(lines), tone, f"{first} {more}".strip()) if lines else Callout(first, tone, more)
 
 
 def _changes(document: Json) -> Table:

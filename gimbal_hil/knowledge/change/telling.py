@@ -56,45 +56,53 @@ def document_of(comparison: MachineComparison) -> Json:
 
 def text_of(comparison: MachineComparison) -> str:
     """The answer in sentences."""
-    causes, rest = answer_of(comparison)
+    causes, first, more = answer_of(comparison)
+    rest = f"{first} {more}".strip()
     begin = "What changed" if comparison.kind is ChangeKind.CHANGED else "Something changed, perhaps this"
     return f"{begin}: {'; '.join(causes)}. {rest}" if causes else rest
 
 
-def answer_of(comparison: MachineComparison) -> tuple[list[str], str]:
-    """Each cause that changed in words, and what else there is to say."""
+def answer_of(comparison: MachineComparison) -> tuple[list[str], str, str]:
+    """Each cause that changed in words, what else there is to say, and how it is known."""
     worst = max(comparison.left, key=lambda one: one.after)
     size = f"{worst.after:.1f} noise floors of the {worst.signal.replace('_', ' ')} of {worst.axis}"
     if comparison.changes:
         causes = [_change_in_words(entry) for entry in _changes(comparison)[0]]
         others = sum(one.heard is not Heard.AGAINST for one in comparison.asked)
         rest = " Other causes that were found are no change: the logs before have them too." if others else ""
-        return causes, f"The model that fits the logs before leaves {size} in those after.{rest}"
+        return causes, f"The model that fits the logs before leaves {size} in those after.{rest}", ""
     if comparison.kind is ChangeKind.NO_CHANGE:
         had = " and ".join(f"{one.label[0].replace('_', ' ')} on {one.label[1]}" for one in comparison.asked)
         rest = f" What is left is {had}, which the logs before have too." if had else ""
-        return (
-            [],
+        nothing = (
             f"Nothing changed that these logs show: the model that fits those before leaves {size} in those after."
-            + rest
-            + _would_have_shown(comparison),
         )
+        return [], nothing, f"{rest}{_would_have_shown(comparison)}".strip()
     if comparison.moved:
         numbers = [_moved_in_words(comparison, entry) for entry in comparison.moved]
-        return numbers, (
-            f"The model that fits the logs before leaves {size} in those after, and {worst.told:.1f} with these "
-            f"numbers, none of which moved by more than {FITTED:.0%}: a gain or a scale of a sensor may be it as well."
+        return (
+            numbers,
+            (
+                f"The model that fits the logs before leaves {size} in those after, and {worst.told:.1f} with these "
+                f"numbers, none of which moved by more than {FITTED:.0%}: a gain or a sensor's scale may be it as well."
+            ),
+            "",
         )
     if comparison.kind is ChangeKind.AMBIGUOUS:
         return (
             [],
             f"Something without a name changed: the model that fits the logs before leaves {size} in those after.",
+            "",
         )
     asked = comparison.result.request
-    rest = " Not all effects were searched: without --only and --without they may tell." if asked.limited else ""
-    return [], (
-        f"These logs cannot tell: the model that fits those before leaves {size} in those after, and those before "
-        f"{worst.before:.1f}; what is missing may be missing in both.{rest}"
+    rest = "Not all effects were searched: without --only and --without they may tell." if asked.limited else ""
+    return (
+        [],
+        (
+            f"These logs cannot tell: the model that fits those before leaves {size} in those after, and those before "
+            f"{worst.before:.1f}; what is missing may be missing in both."
+        ),
+        rest,
     )
 
 

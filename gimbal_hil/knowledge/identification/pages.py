@@ -43,7 +43,8 @@ def identification_page(model: AntennaModel, results: Sequence[AxisIdentificatio
     cautions = [(result.axis, finding.text) for result in results for finding in result.findings]
     blocks: list[Block] = [Callout(_answer(results), _tone(results))]
     # on a page of one axis everything is of that one
-    blocks += [Callout(f"{axis}: {text}" if len(results) > 1 else text, "warning") for axis, text in _capital(cautions)]
+    said = [f"{axis}: {text}" if len(results) > 1 else text for axis, text in _capital(cautions)]
+    blocks += [Callout("\n".join(f"{one}." for one in said), "warning")] if said else []
     blocks += [block for result in results for block in _axis_blocks(model, result)]
     blocks.append(Text(f"From {', '.join(sources)}, with {_said(model)} as prior. Intervals are 95 %."))
     return Page(

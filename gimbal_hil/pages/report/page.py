@@ -37,6 +37,8 @@ from gimbal_hil.pages.report.made import Made, made_here
 
 #: headings from which on a page has a table of contents
 _CONTENTS_FROM = 3
+#: of a torque: a line that ends in it reads as newtons
+_NEWTON_METRE = "N m"
 #: columns up to which a table has room beside each other on a phone
 _COLUMNS_OF_A_PHONE = 3
 
@@ -122,7 +124,7 @@ def _render(block: Block, numbers: Iterator[int]) -> str:
             return f'<div class="callout {html.escape(tone)}">{html.escape(text)}{then}</div>'
         case Tiles(items):
             tiles = "".join(
-                f'<div class="tile"><b>{html.escape(value)}</b><span>{html.escape(what)}</span></div>'
+                f'<div class="tile"><b>{html.escape(_unbroken(value))}</b><span>{html.escape(what)}</span></div>'
                 for value, what in items
             )
             return f'<div class="tiles">{tiles}</div>'
@@ -190,6 +192,11 @@ def _legend(plot: Plot) -> str:
     names = list(dict.fromkeys(told))
     buttons = [f'<button type="button" aria-pressed="true">{html.escape(name)}</button>' for name in names]
     return f'<div class="legend">{"".join(buttons) if len(names) > 1 else ""}</div>'
+
+
+def _unbroken(value: str) -> str:
+    """A key figure whose unit stays on one line."""
+    return value.replace(_NEWTON_METRE, _NEWTON_METRE.replace(" ", "\u00a0"))
 
 
 def _table(table: Table) -> str:

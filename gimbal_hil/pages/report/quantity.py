@@ -66,7 +66,7 @@ def between(value: float, low: float, high: float, unit: str, nominal: float | N
     """
     power = _power(max(abs(value), abs(nominal or 0.0)), unit)
     scaled = [one / 10.0**power for one in (value, low, high)]
-    ends = [_digits(one, scaled[2] - scaled[1]) for one in scaled[1:]]
+    ends = _ends(*scaled[1:])
     prefixed = f"{_PREFIXES[power]}{unit}"
     said = f"per {unit[2:]}" if unit.startswith("1/") else "" if unit == "1" else prefixed
     behind = [f"{ends[0]} to {ends[1]}"] if math.isfinite(high - low) and ends[0] != ends[1] else []
@@ -74,12 +74,15 @@ def between(value: float, low: float, high: float, unit: str, nominal: float | N
     return f"{_three(scaled[0])} {said}".rstrip() + (f" ({'; '.join(behind)})" if behind else "")
 
 
-def _digits(value: float, width: float) -> str:
-    """Three digits, or as many more as show an interval of this width with one, up to five."""
-    if not math.isfinite(value):
-        return "without bound"
-    for digits in (3, 4, 5):
-        step = 10.0 ** (math.floor(math.log10(abs(value))) - digits + 1) if value else 0.0
-        if step <= 0.5 * width:
+def _ends(low: float, high: float) -> list[str]:
+    """Both ends of an interval with as many decimals as show a quarter of it, five digits at most."""
+    size, width = max(abs(low), abs(high)), high - low
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return [_three(one) if math.isfinite(one) else "without bound" for one in (low, high)]
+    largest = math.floor(math.log10(size)) if size else 0
+    shows = math.ceil(-math.log10(0.25 * width)) if width > 0.0 else 0
+    for decimals in range(max(0, min(shows, 4 - largest)), -1, -1):
+        said = [f"{one:.{decimals}f}" for one in (low, high)]
+        if decimals == 0 or not all(one.endswith("0") for one in said):
             break
-    return _three(value) if digits == 3 else f"{value:.{digits}g}"
+    return said

@@ -63,3 +63,8 @@ def error_dots(title: str, scenarios: Sequence[str], compared: Sequence[Dots]) -
     drawn.update_yaxes(autorange="reversed")
     drawn.update_layout(hovermode="y unified")
     return drawn
+
+
+def lines_are(seeds: int) -> str:
+    """What the lines through dots are; there are none of a single seed."""
+    return f" Lines through dots: one standard deviation over {seeds} seeds." if seeds > 1 else " Of one seed."

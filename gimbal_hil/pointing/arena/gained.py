@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from gimbal_hil.knowledge.tuning import Tuning, margins
 from gimbal_hil.loop.settings import DaemonSettings
 from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text, counted
-from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant, run_arena
-from gimbal_hil.pointing.arena.error_dots import Dots, error_dots
+from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant, Spread, run_arena
+from gimbal_hil.pointing.arena.error_dots import Dots, error_dots, lines_are
 from gimbal_hil.pointing.arena.scenarios import Scenario
 
 if TYPE_CHECKING:
@@ -41,8 +41,8 @@ def gained_text(found: ArenaResult) -> str:
 def gained_blocks(found: ArenaResult, tuning: Tuning, cautions: Sequence[str]) -> list[Block]:
     """The report as sections of a page; `cautions` are numbers that nobody measured."""
     blocks: list[Block] = [
-        Callout(" ".join([_answer(found), *_paid_with(tuning, len(cautions))]), tone_of(_pairs(found))),
-        Plot(_dots(found), "Line-of-sight error, the mean of all seeds; the axis is logarithmic."),
+        Callout(_answer(found), tone_of(_pairs(found)), " ".join(_paid_with(tuning, len(cautions)))),
+        Plot(_dots(found), f"Line-of-sight error; the axis is logarithmic.{lines_are(found.seeds)}"),
         Table(("Scenario", "Before [µrad]", "Tuned [µrad]", "Times smaller"), _rows(found)),
         Heading("Loops"),
         Table(
@@ -78,8 +78,12 @@ def _paid_with(tuning: Tuning, assumed: int) -> list[str]:
 
 
 def _rms(found: ArenaResult, scenario: str, name: str) -> float:
+    return _spread(found, scenario, name).mean
+
+
+def _spread(found: ArenaResult, scenario: str, name: str) -> Spread:
     spread = found.spread(scenario, found.antennas[0], name, lambda one: one.los_rms)
-    return math.inf if spread is None else spread.mean
+    return Spread(math.inf, 0.0) if spread is None else spread
 
 
 def _pairs(found: ArenaResult) -> dict[str, tuple[float, float]]:
@@ -153,12 +157,16 @@ def _loops(axis: str, before: LoopFigures, after: LoopFigures) -> list[tuple[str
     return rows
 
 
+def _in_micro(spread: Spread) -> tuple[float, float]:
+    return _MICRO * spread.mean, _MICRO * spread.deviation
+
+
 def _dots(found: ArenaResult) -> Drawing:
     from gimbal_hil.pages.plots import MEASURED, REFERENCE
 
     names = [one.name for one in found.scenarios]
     compared = [
-        Dots(which, colour, [_MICRO * _rms(found, name, which) for name in names])
+        Dots(which, colour, *zip(*(_in_micro(_spread(found, name, which)) for name in names), strict=True))
         for which, colour in ((_BEFORE, REFERENCE), (_AFTER, MEASURED))
     ]
     return error_dots("Line-of-sight error", names, compared)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text, counted
 from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant
 from gimbal_hil.pointing.arena.controllers import least_margin_on
-from gimbal_hil.pointing.arena.error_dots import Dots, error_dots
+from gimbal_hil.pointing.arena.error_dots import Dots, error_dots, lines_are
 from gimbal_hil.pointing.arena.scenarios import Scenario, Score
 from gimbal_hil.pointing.arena.steps import best_step_lines, short_name, worst_steps
 from gimbal_hil.pointing.arena.trial import TrialOutcome
@@ -268,8 +268,8 @@ def _dots(found: ArenaResult, scenarios: Sequence[Scenario], antenna: str) -> Dr
 
 
 def _seen_in(found: ArenaResult, antenna: str) -> str:
-    spread = f" Lines through dots: one standard deviation over {found.seeds} seeds." if found.seeds > 1 else ""
-    return f"On the antenna {short_name(antenna)}, the hardest case on top; the axis is logarithmic.{spread}"
+    drawn = lines_are(found.seeds)
+    return f"On the antenna {short_name(antenna)}, the hardest case on top; the axis is logarithmic.{drawn}"
 
 
 def _drawn_errors(found: ArenaResult, scenarios: Sequence[Scenario]) -> list[Block]:

@@ -35,7 +35,7 @@ from gimbal_hil.pages.report import (
     from_to,
     quantity,
 )
-from sim_backend.model import AntennaModel
+from sim_backend.model import ActsOn, AntennaModel
 
 _GAP_CAPTION = (
     "Rms that is left of each channel {}, with the model as given and with what is told. The processing floor, where "
@@ -172,7 +172,13 @@ def _looks_like(result: Result) -> list[Block]:
         "says as much; a curve stays outside its knots as it ends. Dots, where they are drawn: the law less what is "
         f"left {_judged_on(result)}. It says what is missing looks like, not what it is."
     )
-    return [Heading("What it looks like"), *(Plot(law_figure(result, law), caption) for law in laws)]
+    # what is left is the command less what the model asks for
+    turned = " The command makes up for a torque at the joint, so what is left of it has the other sign."
+    plots = [
+        Plot(law_figure(result, law), caption + (turned if law.curve.shape.acts_on is ActsOn.TORQUE else ""))
+        for law in laws
+    ]
+    return [Heading("What it looks like"), *plots]
 
 
 def _floor_tile(gap: Gap) -> tuple[str, str]:

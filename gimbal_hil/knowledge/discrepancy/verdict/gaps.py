@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import noise_of_motion, torque_residual
 from gimbal_hil.knowledge.discrepancy.inquiry import BLOCK_S, DRAWS, LEAST_GAP, Inquiry, State
@@ -107,7 +106,9 @@ def gaps_of(result: Result) -> tuple[Gap, ...]:
 
 def _closed(before: Floats, after: Floats, length: int) -> tuple[float, float, float]:
     """Closed share of the gap and its 90 % block-bootstrap interval; squares in floors."""
-    (b, a), draws = _in_blocks(length, before, after)
+    length = min(length, max(1, len(before) // 4))
+    b, a = block_sums(before, length) / length, block_sums(after, length) / length
+    draws = np.random.default_rng(2).integers(0, len(b), (DRAWS, len(b)))
 
     def share(x: Floats, y: Floats) -> Floats:
         return np.asarray(1.0 - (y - 1.0) / np.maximum(x - 1.0, 1e-9))
@@ -118,15 +119,10 @@ def _closed(before: Floats, after: Floats, length: int) -> tuple[float, float, f
 
 
 def _rms_within(squares: Floats, length: int) -> tuple[float, float]:
-    """90 % block-bootstrap interval of the rms of what is left; squares in floors."""
-    (blocks,), draws = _in_blocks(length, squares)
-    low, high = np.sqrt(np.quantile(blocks[draws].mean(axis=1), [0.05, 0.95]))
-    return float(low), float(high)
-
-
-def _in_blocks(length: int, *squares: Floats) -> tuple[list[Floats], NDArray[np.int64]]:
-    """Mean squares of blocks, and which of the blocks each draw takes, (draws, blocks)."""
-    length = min(length, max(1, len(squares[0]) // 4))
-    blocks = [block_sums(one, length) / length for one in squares]
-    count = len(blocks[0])
-    return blocks, np.random.default_rng(2).integers(0, count, (DRAWS, count))
+    """90 % block-bootstrap interval of the rms of what is left, the rms of all rows in it; squares in floors."""
+    blocks = np.array_split(squares, min(len(squares), max(4, len(squares) // length)))
+    means = np.array([block.mean() for block in blocks])
+    draws = np.random.default_rng(2).integers(0, len(means), (DRAWS, len(means)))
+    low, high = np.quantile(means[draws].mean(axis=1), [0.05, 0.95])
+    whole = float(squares.mean())
+    return float(np.sqrt(min(low, whole))), float(np.sqrt(max(high, whole)))

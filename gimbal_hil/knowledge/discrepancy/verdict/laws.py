@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+import numpy as np
+
+from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.discrepancy.judgement import Result
-from gimbal_hil.knowledge.discrepancy.laws import DescribedLaw
-from gimbal_hil.pages.report import quantity
+from gimbal_hil.knowledge.discrepancy.laws import Curve, DescribedLaw
+from gimbal_hil.pages.report import between
 from sim_backend.model import UNIT_OF, UNIT_OVER
 
 
@@ -44,15 +49,33 @@ def told_laws(result: Result) -> tuple[str, str]:
         curve, linear = law.curve, result.model.is_linear
         over, unit = curve.shape.over[0], UNIT_OVER[curve.shape.over[0]][linear]
         low, high = curve.knots[0][0], curve.knots[0][-1]
-        size = quantity(float(max(abs(curve.values))), UNIT_OF[curve.shape.acts_on][linear])
+        size = _largest(curve, UNIT_OF[curve.shape.acts_on][linear])
         form = "" if law.formula is None else f", in the form of {law.formula.phrase}"
         looks.append(f"It looks like {curve.shape.text}: up to {size}{form}.")
-        outside = " and held constant outside" if law.formula is None else f": {law.formula.text}"
+        outside = (
+            " and held constant outside"
+            if law.formula is None
+            else f": {law.formula.text}, {_numbers(law.formula.numbers(linear))}"
+        )
         known.append(
             f"Seen from {low:.3g} to {high:.3g} {unit} of {over.value.replace('_', ' ')}{outside}. It takes "
             f"{law.gain:.0%} of the squares on rows that had no part in it.{_as_well(law)}"
         )
     return "\n".join(looks), " ".join(known)
+
+
+def _largest(curve: Curve, unit: str) -> str:
+    """The size of a curve where it is largest, with its band there."""
+    values, low, high = (np.asarray(one, float).ravel() for one in (curve.values, curve.low, curve.high))
+    at = int(np.argmax(np.abs(values)))
+    ends = abs(low[at]), abs(high[at])
+    return between(abs(values[at]), min(ends), max(ends), unit)
+
+
+def _numbers(numbers: Mapping[str, Json]) -> str:
+    """`k 1.8 N m/rad^3 (1.7 to 1.9), edge 0.3 rad`."""
+    told = (f"{name} {between(one['value'], one['low'], one['high'], one['unit'])}" for name, one in numbers.items())
+    return ", ".join(told)
 
 
 def _as_well(law: DescribedLaw) -> str:

@@ -45,8 +45,8 @@ def gap_figure(verdict: Json) -> Drawing:
         ("processing floor", "processing_floor", SECOND),
     ):
         shares = [gap[key] / gap["noise_floor"] for gap in verdict["gaps"]]
-        # a bar that nobody sees needs no word in the legend
-        if max(shares) <= _SEEN * max([1.0, *drawn_shares]):
+        # a bar that nobody sees needs no word in the legend; that nothing is seen after says what the page is for
+        if key == "processing_floor" and max(shares) <= _SEEN * max([1.0, *drawn_shares]):
             continue
         drawn.add_bar(name=name, x=labels, y=shares, marker=dict(color=colour))
         drawn_shares += shares
@@ -164,24 +164,28 @@ def law_figure(result: Result, law: DescribedLaw) -> Drawing:
 
     shape, linear = law.curve.shape, result.model.is_linear
     over = shape.over[0]
+    factor, unit = scaled_unit(float(np.max(np.abs(law.curve.values))), UNIT_OF[shape.acts_on][linear])
     drawn = figure(
         f"What is missing looks like {shape.text}",
         f"{over.value.replace('_', ' ')} [{UNIT_OVER[over][linear]}]",
-        f"{shape.acts_on.value} [{UNIT_OF[shape.acts_on][linear]}]",
+        f"{shape.acts_on.value} [{unit}]",
         380,
     )
     few = thinned(len(law.at), _DOTS)
     if shape.acts_on is not ActsOn.FRICTION:
         dot = dict(size=3, color=MEASURED, opacity=0.35)
-        drawn.add_scatter(x=law.at[few], y=law.points[few], name="rows of the hold-out", mode="markers", marker=dot)
+        drawn.add_scatter(
+            x=law.at[few], y=factor * law.points[few], name="rows of the hold-out", mode="markers", marker=dot
+        )
     for line, colour in zip(law.curve.lines(), (MODEL, SECOND, *[MODEL] * 8), strict=False):
-        drawn.add_scatter(x=line.x, y=line.low, line=dict(color=colour, width=0.6), showlegend=False, mode="lines")
-        drawn.add_scatter(x=line.x, y=line.high, line=dict(color=colour, width=0.6), showlegend=False, mode="lines")
-        drawn.add_scatter(x=line.x, y=line.y, line=dict(color=colour, width=2), name=line.name, mode="lines")
+        for end in (line.low, line.high):
+            thin = dict(color=colour, width=0.6)
+            drawn.add_scatter(x=line.x, y=factor * end, line=thin, showlegend=False, mode="lines")
+        drawn.add_scatter(x=line.x, y=factor * line.y, line=dict(color=colour, width=2), name=line.name, mode="lines")
     if law.formula is not None and len(shape.over) == 1:
         x, dashed = law.curve.lines()[0].x, dict(color=ALERT, width=1.5, dash="dash")
         for k, y in enumerate(law.formula.at(x)):
-            drawn.add_scatter(x=x, y=y, line=dashed, name="the formula", showlegend=k == 0, mode="lines")
+            drawn.add_scatter(x=x, y=factor * y, line=dashed, name="the formula", showlegend=k == 0, mode="lines")
     return drawn
 
 

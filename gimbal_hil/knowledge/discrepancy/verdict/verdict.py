@@ -118,7 +118,7 @@ class Verdict:
 def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequence[str] = ()) -> Verdict:
     """What a result says; with the `logs` themselves it also says where they contradict one another."""
     gaps = gaps_of(result)
-    worst = gaps.index(largest(gaps))
+    worst = _spoken_of(result, gaps)
     entries = [_effect_entry(result, one) for one in result.told]
     effects = tuple(sorted((entry for entry, _, _ in entries), key=lambda e: -e["held_out_gain"]))
     alternatives = tuple(other for _, others, _ in entries for other in others)
@@ -159,6 +159,15 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
         (*notes, *_notes(result)),
         laws_of(result),
     )
+
+
+def _spoken_of(result: Result, gaps: Sequence[Gap]) -> int:
+    """The channel of the largest gap: on the rows that judge, and of what nothing explains wherever there is one."""
+    worst = gaps.index(largest(gaps))
+    judged = gaps[worst].before > result.request.policy.least_gap * gaps[worst].noise_floor
+    if judged or result.decision.kind is not Kind.UNEXPLAINED:
+        return worst
+    return int(np.argmax(result.null.left()))
 
 
 def _smallest_entry(one: Shows) -> Json:
@@ -322,12 +331,11 @@ def _run_for(result: Result, worst: int) -> Json:
 
 def where_of(result: Result, worst: int) -> list[Regime]:
     """The most telling regimes of the channel `worst`, which the verdict speaks of, and of the next one that has a
-    gap.
+    gap; where the searched logs have none, there is no regime of it.
     """
-    levels = rms(result.null.fitted)
-    others = [int(j) for j in np.argsort(-levels) if j != worst and levels[j] > _HAS_A_GAP]
-    found = []
-    for j in (worst, *others[:1]):
+    levels, found = rms(result.null.fitted), []
+    order = dict.fromkeys((worst, *map(int, np.argsort(-levels))))
+    for j in [j for j in order if levels[j] > _HAS_A_GAP][:2]:
         channel: Channel = result.inquiry.twin.channels[j]
         found += most_telling(regimes(result.inquiry.twin, result.null.fitted, channel, j), 3)
     return found

@@ -85,7 +85,7 @@ def told(
         return Said(f"No name fits. {looks}", f"{size}. {known}", _remainder(gaps))
     gap = closed_most(gaps)
     moved = f" ({left} where known numbers move within their stated uncertainty)" if left else ""
-    it = "It explains" if len(effects) == 1 else "They explain"
+    it = "They explain" if len(effects) > 1 else "Either explains" if alternatives else "It explains"
     share = "" if gap.closed_fraction is None else f" {share_text(gap.closed_fraction)} of"
     which = "the largest gap" if gap is largest(gaps) else "a gap"
     size = f"the {_of_channel(gap)}, {_floors(gap)}"
@@ -279,11 +279,15 @@ def told_unseen(result: Result, unseen: Sequence[Json]) -> str:
 def told_hidden(result: Result) -> str:
     """Which numbers could be off by a factor of two, except those that the verdict names."""
     told = {one.standing.label for one in result.told}
-    left: dict[str, list[str]] = {}
+    axes_of: dict[str, list[str]] = {}
     for name, axis in result.hidden:
         if (name, axis) not in told:
-            left.setdefault(CATALOGUE[name].asked_as, []).append(axis)
-    hidden = ", or the right ".join(f"{name} on {' or '.join(axes)}" for name, axes in left.items())
+            axes_of.setdefault(CATALOGUE[name].asked_as, []).append(axis)
+    # what is hidden on the same axes is told once
+    names_on: dict[str, list[str]] = {}
+    for name, axes in axes_of.items():
+        names_on.setdefault(" or ".join(axes), []).append(name)
+    hidden = ", or the right ".join(f"{' or '.join(names)} on {axes}" for axes, names in names_on.items())
     return f" These logs would not have shown half or twice the right {hidden}." if hidden else ""
 
 
