@@ -37,7 +37,7 @@ def test_an_effect_on_two_axes_has_the_alternatives_of_its_own_axis() -> None:
     # names of axes stay as they are written
     assert said[0] == "Coulomb or viscous on AZ: these logs cannot tell which."
     assert said[3] == "Coulomb or stribeck on EL: these logs cannot tell which."
-    assert headlines.answer_of(effects[:1], []).startswith("Suspected: Coulomb on AZ: coulomb 0.3 N m (model")
+    assert headlines.answer_of(effects[:1], []).startswith("Perhaps coulomb on AZ: coulomb 0.3 N m (model")
 
 
 def test_of_many_causes_each_has_a_short_line_with_its_size_and_the_spread_of_that() -> None:
@@ -123,6 +123,9 @@ def test_what_half_or_twice_would_not_have_shown_is_not_said_to_show_from_less()
     )
     assert wording._would_have_shown(result) == "Smallest errors that would have shown: on EL inertia 40%."
     assert "half or twice the right Coulomb friction on EL" in wording.told_hidden(result)
+    result.hidden = tuple((name, axis) for name in ("coulomb", "inertia", "viscous") for axis in ("AZ", "EL"))
+    several = "half or twice the right Coulomb friction, inertia or viscosity on AZ or EL."
+    assert wording.told_hidden(result).endswith(several)
 
 
 def test_a_gap_that_passes_for_noise_is_told_where_logs_cannot_judge() -> None:

@@ -173,15 +173,17 @@ def _largest_changes(found: Comparison) -> str:
         for name, unit, a, b in found.measures
         if a is not None and b is not None and a != b and name != "ticks"
     ]
-    row_by_row = _signal_apart(found)
-    if not both:
-        return f"No figure differs{row_by_row}"
     both.sort(key=lambda row: -row[0])
+    row_by_row = _signal_apart(found)
+    if row_by_row and (not both or both[0][0] <= _WORTH_TELLING):
+        # figures that are nearly the same say little of two runs of which one has a ripple
+        most = f"no figure by more than {_percent(100.0 * both[0][0])}" if both else "no figure differs"
+        return f"{row_by_row}; {most}"
+    if not both:
+        return "No figure differs"
     # the largest is told however small it is
     told = [row for number, row in enumerate(both[:_MOST_FIGURES]) if number == 0 or row[0] > _WORTH_TELLING]
     said = ", ".join(_change_in_words(*row[1:]) for row in told)
-    # figures that are nearly the same say little of two runs of which one has a ripple
-    said += row_by_row if both[0][0] <= _WORTH_TELLING else ""
     return f"{said[:1].upper()}{said[1:]}"
 
 
@@ -199,7 +201,9 @@ def _signal_apart(found: Comparison) -> str:
     if share <= 0.0:
         return ""
     axis, _, signal = name.rpartition(".")
-    return f"; row by row the {signal} of {axis} differs by {quantity(off, unit_of(name))} rms ({100.0 * share:.2g} %)"
+    return (
+        f"Row by row the {signal} of {axis} differs by {quantity(off, unit_of(name))} rms ({_percent(100.0 * share)})"
+    )
 
 
 def _rms(values: Floats) -> float:
@@ -279,10 +283,11 @@ def _change(first: float | None, second: float | None) -> str:
         return "" if first == second else ABSENT
     if not first:
         return "new"
-    share = 100.0 * (second - first) / abs(first)
-    # of many times as much the tenths say nothing, of next to nothing two digits do
-    return (
-        f"{share:+.0f} %"
-        if abs(share) >= 10.0
-        else f"{np.format_float_positional(float(f'{share:.2g}'), sign=True, trim='-')} %"
-    )
+    return _percent(100.0 * (second - first) / abs(first), sign=True)
+
+
+def _percent(share: float, sign: bool = False) -> str:
+    """Two digits without an exponent; of many times as much whole percents."""
+    if abs(share) >= 10.0:
+        return f"{share:{'+' if sign else ''}.0f} %"
+    return f"{np.format_float_positional(float(f'{share:.2g}'), sign=sign, trim='-')} %"

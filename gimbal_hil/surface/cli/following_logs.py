@@ -327,7 +327,9 @@ def _deciding(verdict: Json, logs: Sequence[Path]) -> str:
     regimes = " ".join(str(where["regime"]) for where in verdict.get("where", [])[:1])
     proposed = [told.group(1)] if told is not None else []
     proposed += [name for word, name in _DWELLS if word in regimes]
-    proposed += [name for name in ("reversals", "plateaus", "full_turn", "creep") if name not in proposed]
+    # where nothing is known of the place, speeds over a decade are what the verdict proposes
+    rest = ("reversals", "plateaus") if regimes else ("plateaus", "reversals")
+    proposed += [name for name in (*rest, "full_turn", "creep") if name not in proposed]
     recorded = {_title(log) for log in logs}
     return next((name for name in proposed if name not in recorded), proposed[0])
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import difflib
 
 from firmware_protocol.json_object import Json
-from gimbal_hil.knowledge.discrepancy.inquiry import gain_on
+from gimbal_hil.knowledge.discrepancy.inquiry import LEAST_GAP, gain_on
 from gimbal_hil.knowledge.discrepancy.judgement import Result
 from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, share_text, still_open
 from gimbal_hil.knowledge.discrepancy.verdict.page_figures import (
@@ -134,9 +134,10 @@ def _gap_tiles(result: Result, found: Verdict, gap: Gap) -> list[tuple[str, str]
     channel, which = _channel(gap), "largest gap" if gap is found.gap else "gap"
     before, after = (gap.before, gap.noise_floor), (gap.after, gap.noise_floor_after)
     if not explained(result):
-        return [
-            (quantity(gap.before, gap.unit), f"{which}, {channel}: {gap.before / gap.noise_floor:.3g} noise floors")
-        ]
+        told = quantity(gap.before, gap.unit)
+        # what is below the limit is no gap
+        which = which if gap.before > LEAST_GAP * gap.noise_floor else "left where it is judged"
+        return [(told, f"{which}, {channel}: {gap.before / gap.noise_floor:.3g} noise floors")]
     size = from_to(gap.before, gap.after, gap.unit)
     floors = " → ".join(f"{rms / floor:.3g}" for rms, floor in (before, after))
     tiles = [(size, f"{which}, {channel}: {floors} noise floors")]

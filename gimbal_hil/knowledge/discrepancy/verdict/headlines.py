@@ -26,7 +26,7 @@ def answer_of(effects: Sequence[Json], alternatives: Sequence[Json]) -> str:
             lines.append(f"{at_first(_either([effect, *others]))}: these logs cannot tell which.")
         said = [f"{headline(one, brief)}." for one in (effect, *(others if unsure else ()))]
         # a name that is no more than a guess says so before it says anything else
-        lines += [f"Suspected: {said[0]}"] if unsure and not others else said
+        lines += [f"Perhaps {said[0][0].lower()}{said[0][1:]}"] if unsure and not others else said
     return "\n".join(lines)
 
 

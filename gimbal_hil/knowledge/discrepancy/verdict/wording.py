@@ -287,8 +287,13 @@ def told_hidden(result: Result) -> str:
     names_on: dict[str, list[str]] = {}
     for name, axes in axes_of.items():
         names_on.setdefault(" or ".join(axes), []).append(name)
-    hidden = ", or the right ".join(f"{' or '.join(names)} on {axes}" for axes, names in names_on.items())
+    hidden = ", or the right ".join(f"{_one_of(names)} on {axes}" for axes, names in names_on.items())
     return f" These logs would not have shown half or twice the right {hidden}." if hidden else ""
+
+
+def _one_of(names: Sequence[str]) -> str:
+    """`inertia, torque gain or viscosity`."""
+    return " or ".join(part for part in (", ".join(names[:-1]), names[-1]) if part)
 
 
 def told_against(found: Json) -> str:
