@@ -72,7 +72,7 @@ def test_the_page_of_faults_begins_with_which_came_nearest_or_did_not_end_as_it_
     row = next(one for one in fault_rows() if one.motion is Motion.FAST)
     right = FaultOutcome(row, Transport.CAN, "runaway", 0.5 * row.safe_s, 0.1, 0.0, 0.1 * row.travel_rad, True, "")
     page = bench_page(matrix_blocks([right]), "gimbal-hil bench faults").render()
-    assert ">Faults</h1>" in page and "All 1 faults on can ended safely and within their bounds, the slowest" in page
+    assert ">Faults</h1>" in page and "All 1 faults on CAN ended safely and within their bounds, the slowest" in page
     wrong = replace(right, transport=Transport.SERIAL, problem="not safe")
     first = matrix_blocks([right, wrong])[0]
     assert isinstance(first, Callout) and first.tone == "bad"
@@ -82,7 +82,7 @@ def test_the_page_of_faults_begins_with_which_came_nearest_or_did_not_end_as_it_
 def test_a_soak_says_first_what_was_wrong() -> None:
     good, bad = (soak_blocks("1 h of antenna time: 2 ticks\nWRONG: late", problems)[0] for problems in ([], ["late"]))
     assert isinstance(good, Callout) and good.text == "Nothing was wrong in 1 h of antenna time: 2 ticks."
-    assert isinstance(bad, Callout) and (bad.text, bad.tone) == ("Late.", "bad")
+    assert isinstance(bad, Callout) and (bad.text, bad.more) == ("Late.", "1 h of antenna time: 2 ticks.")
 
 
 @pytest.mark.parametrize("words", [["sleep"], ["blind"], ["realtime", "--link", "smoke_signals", "--seconds", "1"]])

@@ -48,7 +48,7 @@ def best_step_lines(found: ArenaResult, steps: Sequence[Scenario]) -> list[str]:
             continue
         best, never = rows[0], [one.controller for one in rows if not math.isfinite(one.settling_s)]
         told = f"{best.controller} settles soonest on {short_name(antenna)}: its slowest step takes {best.settles}"
-        told += f" ({best.slowest}), its largest overshoot is {best.overshoot:.2g} %."
+        told += f" ({best.slowest}), its largest overshoot is {best.overshoot:.2f} %."
         told += f" Next: {rows[1].controller}, {rows[1].settles}." if len(rows) > 1 else ""
         told += f" Not settled in every step: {', '.join(never)}." if never else ""
         lines.append(told)

@@ -103,7 +103,7 @@ _TITLES = {
     "search": ("Cost of a search", "for what a model lacks, beside plain sines"),
     "faults": ("Faults", "what each does to a moving antenna, and when it is safe"),
     "soak": ("Soak", "random programs and damaged frames, for hours"),
-    "pointing": ("Controllers beside each other", "how well each holds the line of sight"),
+    "pointing": ("Controllers beside each other", "how well each holds the line of sight, or settles"),
 }
 
 

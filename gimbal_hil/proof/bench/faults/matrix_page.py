@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text
 from gimbal_hil.proof.bench.faults.matrix import FaultOutcome
+from gimbal_hil.proof.bench.faults.rig import Transport
 from gimbal_hil.proof.bench.faults.rows import Motion
 
 if TYPE_CHECKING:
@@ -38,10 +39,10 @@ def matrix_blocks(found: Sequence[FaultOutcome]) -> list[Block]:
 
 def _answer(found: Sequence[FaultOutcome]) -> Callout:
     """Whether every row kept its bounds, and which came nearest; else the first that did not."""
-    lines = " and ".join(dict.fromkeys(str(one.transport) for one in found))
+    lines = " and ".join(dict.fromkeys(_line(one) for one in found))
     wrong = [one for one in found if one.problem]
     if wrong:
-        first = f"{wrong[0].row.name} on {wrong[0].transport}: {wrong[0].problem}"
+        first = f"{wrong[0].row.name} on {_line(wrong[0])}: {wrong[0].problem}"
         return Callout(
             f"{len(wrong)} of {len(found)} faults on {lines} did not end as they must. The first: {first}.", "bad"
         )
@@ -74,10 +75,14 @@ def _shares(title: str, found: Sequence[FaultOutcome], share: Callable[[FaultOut
             marker=dots,
         )
     drawn.add_vline(x=100.0, color=ALERT, width=1.5)
-    drawn.update_xaxes(range=[0.0, 105.0])
+    drawn.update_xaxes(range=[0.0, 105.0 * max(1.0, *(share(one) for one in found))])
     drawn.update_yaxes(autorange="reversed")
     drawn.update_layout(hovermode="closest")
     return drawn
+
+
+def _line(one: FaultOutcome) -> str:
+    return "CAN" if one.transport is Transport.CAN else str(one.transport)
 
 
 def _kind(one: FaultOutcome) -> str:
@@ -106,4 +111,4 @@ def _cells(one: FaultOutcome) -> list[str]:
     row = one.row
     travel = [f"{one.excess_rad_s:.2f} rad/s", f"{one.travel_rad:.3f} rad", f"{row.travel_rad:.2f} rad"]
     times = [seconds(one.safe_s), seconds(row.safe_s), seconds(one.rest_s)]
-    return [row.name, str(one.transport), one.cause.replace("_", " "), *times, *travel, one.problem or "right"]
+    return [row.name, _line(one), one.cause.replace("_", " "), *times, *travel, one.problem or "right"]
