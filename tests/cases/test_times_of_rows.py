@@ -84,6 +84,13 @@ def test_the_scatter_of_stamps_within_what_is_allowed_is_no_motion(tmp_path: Pat
     assert np.diff(table.time_s) == pytest.approx(0.002, rel=1e-5)
 
 
+def test_the_digits_of_stamps_are_no_motion(tmp_path: Path) -> None:
+    stamps = LOG.time.astype(np.float32).astype(np.float64)
+    assert abs(np.median(np.diff(stamps)) / 0.002 - 1.0) > 5e-5
+    table = read(tmp_path, at_times(stamps, ".9f"))
+    assert np.diff(table.time_s) == pytest.approx(0.002, rel=1e-6)
+
+
 def test_in_a_short_gap_the_torque_goes_straight_to_its_other_end(tmp_path: Path) -> None:
     lost = np.concatenate([np.arange(row, row + 6) for row in range(600, ROWS - 300, 600)])
     table = read(tmp_path, without(lost).text(), resample=True)

@@ -287,3 +287,17 @@ def test_a_position_that_a_drive_logs_in_turns_is_read_in_turns() -> None:
     moteus = [Found(f"joint.{name}") for name in ("POSITION", "TORQUE", "MODE")]
     assert guessed(moteus, ("joint",))[0] == "joint.position=joint.POSITION:turn"
     assert guessed(moteus[:2], ("joint",))[0] == "joint.position=joint.POSITION"
+
+
+def test_a_sheet_is_read_wherever_its_header_is_and_however_its_numbers_are_written(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl", reason="the extra xlsx is not installed")
+    book, path = openpyxl.Workbook(), tmp_path / "log.xlsx"
+    for row in (["Bench 3"], ["Rate", 250], [], ["time [ms]", "angle [deg]", "M [Nm]"]):
+        book.active.append(row)
+    for t, q, u in zip(TIME, POSITION, TORQUE, strict=True):
+        book.active.append([round(1e3 * t, 3), float(np.rad2deg(q)), f"{u:.6f}".replace(".", ",")])
+    book.save(path)
+    columns = ColumnMap.of_words(["joint.position=angle [deg]", "joint.torque=M [Nm]"])
+    table = read_signals(path, ("joint",), columns=columns)
+    assert table.period_s == pytest.approx(written.PERIOD_S)
+    assert np.allclose(table.position("joint"), POSITION) and np.allclose(table.torque("joint"), TORQUE, atol=1e-6)

@@ -1,4 +1,4 @@
-"""A held column at the times of another one: a row is lost where a part of a lost value acts in it, and no other."""
+"""A held column at the times of another one: a row is lost where a lost value acts in most of it, and no other."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ LOST = np.nan
 
 @pytest.mark.parametrize(
     ("earlier_s", "expected"),
-    [(0.0, [1.0, LOST, 3.0, 4.0]), (0.25, [LOST, LOST, 3.25, 4.0]), (-0.25, [1.0, LOST, LOST, 3.0])],
+    [(0.0, [1.0, LOST, 3.0, 4.0]), (0.25, [1.0, LOST, 3.25, 4.0]), (-0.25, [1.0, LOST, 3.0, 3.0])],
     ids=["at the same times", "sent before", "sent after"],
 )
-def test_a_lost_value_costs_the_rows_that_it_acts_in(earlier_s: float, expected: list[float]) -> None:
+def test_a_lost_value_costs_the_row_that_it_acts_in(earlier_s: float, expected: list[float]) -> None:
     at = np.arange(4.0)
     np.testing.assert_allclose(_mean_until_next(at - earlier_s, np.array([1.0, LOST, 3.0, 4.0]), at), expected)

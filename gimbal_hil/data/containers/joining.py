@@ -14,6 +14,8 @@ from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup
 
 #: so many columns are listed where none is near
 _LISTED = 6
+#: of a row at least this share has to be known
+_LEAST_KNOWN = 0.5
 
 
 @dataclass(frozen=True)
@@ -104,20 +106,21 @@ def _home(contents: Contents, name: str) -> SampledGroup:
 
 
 def _mean_until_next(times: Floats, values: Floats, at: Floats) -> Floats:
-    """Mean of a held signal over [at_k, at_k+1), (n,); the last row counts what holds there."""
+    """Mean of a held signal over [at_k, at_k+1), (n,), of what is known of it; the last row counts what holds there. A
+    row of which less than half is known is lost.
+    """
     lost = np.isnan(values)
-    values = np.where(lost, 0.0, values)
-    area = np.concatenate(([0.0], np.cumsum(values[:-1] * np.diff(times))))
     place = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 1)
-    until = area[place] + values[place] * (at - times[place])
     steps = np.diff(at)
-    means = np.where(steps > 0.0, np.diff(until) / np.where(steps > 0.0, steps, 1.0), values[place[:-1]])
-    # a row that any part of a lost value acts in is lost, and no other
-    count = np.concatenate(([0], np.cumsum(lost)))
-    # what begins where the row ends acts in the next one
-    ends = np.append(np.searchsorted(times, at[1:], side="left") - 1, place[-1])
-    last = np.maximum(ends, place)
-    return np.where(count[last + 1] > count[place], np.nan, np.append(means, values[place[-1:]]))
+
+    def over_rows(held: Floats) -> Floats:
+        area = np.concatenate(([0.0], np.cumsum(held[:-1] * np.diff(times))))
+        return np.diff(area[place] + held[place] * (at - times[place]))
+
+    known = over_rows(np.where(lost, 0.0, 1.0))
+    means = over_rows(np.where(lost, 0.0, values)) / np.where(known > 0.0, known, 1.0)
+    means = np.where(known >= _LEAST_KNOWN * steps, means, np.nan)
+    return np.append(np.where(steps > 0.0, means, values[place[:-1]]), values[place[-1:]])
 
 
 def _of(group: SampledGroup, name: str) -> tuple[Floats, Floats]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,10 +12,10 @@ import numpy as np
 
 from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup, missing
 from gimbal_hil.data.containers.naming import time_among
+from gimbal_hil.data.tables import text_of_lines
 
 _FEWEST = 10
 _EPISODE = "episode_index"
-_IN_BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]+)[\])]\s*$")
 
 
 def is_workbook(path: Path, start: bytes) -> bool:
@@ -31,24 +30,31 @@ def is_workbook(path: Path, start: bytes) -> bool:
 
 
 def read_workbook(path: Path) -> Contents:
-    """Every sheet with numbers under a row of names; units in brackets behind a name are its unit."""
+    """Every sheet with numbers, read as a text of its cells is: wherever the header is, with units, marks and dates."""
     try:
         import openpyxl  # noqa: F401
         import pandas as pd
     except ImportError:
         raise missing(path, "an Excel workbook", "openpyxl", "xlsx") from None
-    sheets = pd.read_excel(path, sheet_name=None, engine="openpyxl")
-    groups = []
+    sheets = pd.read_excel(path, sheet_name=None, engine="openpyxl", header=None, dtype=object)
+    groups, notes = [], []
     for name, frame in sheets.items():
-        columns: dict[str, Floats] = {}
-        for head in frame.columns:
-            values = _numbers(pd, frame[head])
-            if values is not None and len(values) >= _FEWEST:
-                columns[str(head)] = values
+        if len(frame) < _FEWEST:
+            continue
+        lines = ["\t".join(map(_cell, row)) for row in frame.itertuples(index=False)]
+        raw = text_of_lines(path, lines)
+        columns = {head: values for head, values in raw.values.items() if np.isfinite(values).mean() > 0.5}
         if columns:
-            units = {head: found["unit"] for head in columns if (found := _IN_BRACKETS.match(head))}
+            units = {head: raw.units[head] for head in columns if head in raw.units}
             groups.append(replace(_group(str(name), columns), units=units))
-    return Contents(path, "Excel workbook", tuple(groups))
+            notes += [note for note in raw.notes if note not in notes]
+    return Contents(path, "Excel workbook", tuple(groups), tuple(notes))
+
+
+def _cell(value: Any) -> str:
+    """What a cell of a sheet would be in a text: nothing where it is empty, dates as they are written."""
+    text = value.isoformat() if hasattr(value, "isoformat") else str(value)
+    return "" if text in ("nan", "NaT", "None") else " ".join(text.split())
 
 
 def has_lists(path: Path, start: bytes) -> bool:
@@ -127,14 +133,6 @@ def _words(feature: dict[str, object]) -> tuple[str, ...]:
     if isinstance(names, dict):
         names = next(iter(names.values()), None)
     return tuple(map(str, names)) if isinstance(names, list) else ()
-
-
-def _numbers(pd: Any, cells: Any) -> Floats | None:
-    """A column as numbers, dates as seconds; None for words."""
-    if pd.api.types.is_datetime64_any_dtype(cells):
-        return np.asarray((cells - cells.iloc[0]).dt.total_seconds(), np.float64)
-    found = pd.to_numeric(cells, errors="coerce")
-    return np.asarray(found, np.float64) if found.notna().mean() > 0.5 else None
 
 
 def _group(name: str, columns: dict[str, Floats]) -> SampledGroup:

@@ -4,6 +4,7 @@ from gimbal_hil.data.tables.arrays import parquet_module
 from gimbal_hil.data.tables.file import is_text_table, read_table
 from gimbal_hil.data.tables.moments import BETWEEN_ROWS_S, DAY_S
 from gimbal_hil.data.tables.raw import FileColumn, Floats, OddLine, RawColumns, listed
+from gimbal_hil.data.tables.text import text_of_lines
 from gimbal_hil.data.tables.unit_words import RAW_WORDS, UNITS, knows_all_units, unit_in_name, unit_size
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "listed",
     "parquet_module",
     "read_table",
+    "text_of_lines",
     "unit_in_name",
     "unit_size",
 ]

@@ -84,6 +84,11 @@ def read_text(path: Path, data: bytes) -> RawColumns:
     )
 
 
+def text_of_lines(path: Path, lines: Sequence[str]) -> RawColumns:
+    """The table in lines that were no file of text by themselves; BadInputError where there is none."""
+    return read_text(path, "".join(f"{line}\n" for line in lines).encode())
+
+
 def looks_like_rows(data: bytes, path: Path) -> bool:
     """Whether a text of unknown ending is a table: most lines have numbers in columns."""
     try:

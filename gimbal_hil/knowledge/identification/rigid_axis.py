@@ -252,7 +252,7 @@ def as_logged(
     seed: int = 0,
 ) -> AsLogged:
     """The regression before anything is said of its columns; arguments and error as those of `fit_rigid_axis`."""
-    step = float(np.median(np.diff(time_s)))
+    step = float(time_s[-1] - time_s[0]) / (len(time_s) - 1)
     edge = int(round(rule.edge_periods / rule.bandwidth_hz / step))
     if len(time_s) < 4 * edge + 200 or not np.ptp(position) > 0.0:
         raise BadInputError(
