@@ -152,6 +152,21 @@ def test_in_the_place_of_a_cause_that_falls_stands_the_plainer_one_that_it_conta
     assert [(one.family, one.x) for one in asked] == ([] if is_there else [(families[1], (0.0, 0.0, 0.0))])
 
 
+@pytest.mark.parametrize(("contained", "gone"), [({0: "static_unbalance", 1: None}, [0]), ({0: None, 1: None}, [1, 0])])
+def test_of_a_ripple_that_falls_orders_beside_one_that_is_something_plainer_stay(
+    contained: dict[int, str | None], gone: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    family = SimpleNamespace(label=("static_unbalance", "outer"), ripple=None, knobs=(1,))
+    asked: list[int] = []
+    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=()))
+    state.hypothesis.minus = lambda index: asked.append(index) or state.hypothesis
+    state.hypothesis.plus = lambda cause: state.hypothesis
+    monkeypatch.setattr(deciding, "plainer_of", lambda twin, hypothesis, index: contained[index])
+    monkeypatch.setattr(deciding, "refitted", lambda *_: state)
+    deciding._left_out(_Asked((family,)), state, replace(SOUND, label=("cogging", "outer"), entries=(0, 1)))
+    assert asked == gone
+
+
 def test_where_no_ripple_is_left_nothing_is_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     without = SimpleNamespace(hypothesis=SimpleNamespace(labels=(("viscous", "outer"),)))
     monkeypatch.setattr(deciding, "refitted", lambda *_: without)

@@ -79,6 +79,15 @@ def test_a_number_that_is_known_to_a_factor_is_told_by_its_ends_and_never_as_not
     assert "bias -9 mrad/s to -1 mrad/s" in headlines.headline(_bias(-3e-3, -9e-3, -1e-3))
 
 
+def test_what_the_model_lacks_and_is_nothing_is_told_only_where_all_is() -> None:
+    number = {"value": 0.02, "low": 0.01, "high": 0.03, "unit": "m", "nominal": None}
+    nothing = number | {"value": 1e-6, "low": -1.0, "high": 1.0}
+    effect = {"name": "static_unbalance", "axis": "EL", "probability": 0.97}
+    both = headlines.headline(effect | {"parameters": {"cog_x": number, "cog_z": nothing}})
+    assert "cog x 20 mm" in both and "cog z" not in both
+    assert "cog z 0 \u00b1 1 m" in headlines.headline(effect | {"parameters": {"cog_z": nothing}})
+
+
 def test_the_page_says_each_cause_on_a_line_and_a_contradiction_once() -> None:
     effects = [_bias(5e-3, 4.9e-3, 5.1e-3), _bias(6e-3, 5.9e-3, 6.1e-3)]
     against = {"rule": "break_away", "axis": "EL", "text": "breaks away too early: see there"}

@@ -157,8 +157,11 @@ def _left_out(inquiry: Inquiry, state: State, fallen: Standing) -> State:
     added while they pay, if the same names then explain clearly more.
     """
     rest = state.hypothesis
-    plainer = {(plainer_of(inquiry.twin, rest, index), fallen.label[1]) for index in fallen.entries}
-    for index in sorted(fallen.entries, reverse=True):
+    contained = {index: plainer_of(inquiry.twin, rest, index) for index in fallen.entries}
+    plainer = {(name, fallen.label[1]) for name in contained.values() if name is not None}
+    # what stands beside an order that is something plainer is a ripple by itself, and is judged anew
+    gone = [index for index, name in contained.items() if name is not None] if plainer else fallen.entries
+    for index in sorted(gone, reverse=True):
         rest = rest.minus(index)
     for family in (f for f in inquiry.families if f.label in plainer.difference(rest.labels)):
         rest = rest.plus(Cause(family, (0.0,) * len(family.knobs)))

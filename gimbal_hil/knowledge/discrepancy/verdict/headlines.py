@@ -55,6 +55,8 @@ def headline(effect: Json, brief: bool = False) -> str:
         moved = {name: number for name, number in own.items() if number["value"] != number["nominal"]}
         # one that moved behind the digits that are told says nothing, unless all did
         moved = {name: number for name, number in moved.items() if _shows(number)} or moved
+        # nor does one that the model lacks and that is nothing within its interval
+        moved = {name: number for name, number in moved.items() if not _is_nothing(number)} or moved
         those = [item for n, item in enumerate(moved.items()) if n < (1 if brief else _NUMBERS) or _is_order(item[1])][
             :_NUMBERS
         ]
@@ -68,6 +70,15 @@ def headline(effect: Json, brief: bool = False) -> str:
 def _shows(number: Json) -> bool:
     unit, nominal = number["unit"], number["nominal"]
     return nominal is None or quantity(number["value"], unit) != quantity(nominal, unit)
+
+
+def _is_nothing(number: Json) -> bool:
+    return number["nominal"] is None and number["low"] <= 0.0 <= number["high"] and _is_wide(number)
+
+
+def _is_wide(number: Json) -> bool:
+    """Whether the interval of a number is wider than twice the number."""
+    return bool(abs(number["value"]) < 0.5 * (number["high"] - number["low"]))
 
 
 def _is_order(number: Json) -> bool:
@@ -84,12 +95,12 @@ def _number(name: str, number: Json, first: bool) -> str:
 def _as_known(number: Json, with_interval: bool) -> str:
     """A value where its interval is narrower than it, else how far the interval goes."""
     value, low, high, unit, nominal = (number[key] for key in ("value", "low", "high", "unit", "nominal"))
-    spread = 0.5 * (high - low)
-    if abs(value) >= spread:
+    if not _is_wide(number):
         return between(value, *((low, high) if with_interval else (value, value)), unit, nominal=nominal)
     # what is nothing within its interval has no digits of its own; of a factor half as much and twice are as near
     nothing = low <= 0.0 <= high
-    said = f"0 \u00b1 {quantity(spread, unit)}" if nothing else f"{quantity(low, unit)} to {quantity(high, unit)}"
+    spread = quantity(0.5 * (high - low), unit)
+    said = f"0 \u00b1 {spread}" if nothing else f"{quantity(low, unit)} to {quantity(high, unit)}"
     return said if nominal is None else f"{said} (model: {quantity(nominal, unit)})"
 
 
