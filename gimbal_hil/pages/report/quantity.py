@@ -56,7 +56,8 @@ def _power(size: float, unit: str) -> int:
 
 def from_to(first: float, second: float, unit: str) -> str:
     """`0.0192, 0.000473, "N m"` is "19.2 → 0.473 mN m": two numbers that are compared have one prefix."""
-    power = _power(max(abs(first), abs(second)), unit)
+    # in the middle between both, so that neither has many digits
+    power = _power(math.sqrt(abs(first * second)) or max(abs(first), abs(second)), unit)
     return f"{_three(first / 10.0**power)} → {_three(second / 10.0**power)} {_PREFIXES[power]}{unit}".rstrip()
 
 

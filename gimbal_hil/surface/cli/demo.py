@@ -48,13 +48,15 @@ def command(
             "gimbal-hil demo: loading the virtual antenna",
             file=sys.stderr,
         )
-    from gimbal_hil.loop.settings import shipped_settings
-    from gimbal_hil.surface.demo import tell
     from gimbal_hil.surface.warming import ask_elsewhere
 
     if not is_kept("gimbal_hil.knowledge.discrepancy.twin.kernel"):
         # what later stages need; the host is half of the first one's kernel and would be translated twice
         ask_elsewhere("rigid_body", "friction_fit", "search")
+    # the other core compiles while this one is still reading what the stages are made of
+    from gimbal_hil.loop.settings import shipped_settings
+    from gimbal_hil.surface.demo import tell
+
     found: dict[str, str] = {}
 
     def say(stage: str, line: str) -> None:

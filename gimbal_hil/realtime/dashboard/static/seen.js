@@ -59,7 +59,7 @@ function tell_trouble(s) {
     since.id = "trouble_since"; since.setAttribute("aria-hidden", "true");
     head.append(line("Stopped: " + t.what, "b"), " ", since);
     box.replaceChildren(head, ...(t.why ? [line(t.why[0].toUpperCase() + t.why.slice(1) + ".", "p")] : []), line("Now: " + t.happens + ".", "p"), line((t.look_at ? "Look at " + t.look_at + ". " : "")
-      + (by ? "To go on: Arm, then Reset fault (or gimbal-hil reset)." : "It ends by " + t.left_by + "."), "p"));
+      + "To go on: " + (by ? "Arm, then Reset fault (or gimbal-hil reset)." : t.left_by + "."), "p"));
   }
   $("trouble_since").textContent = "for " + Math.max(0, s.time_ns / 1e9 - t.since_s).toFixed(0) + " s (since " + t.since_s.toFixed(1) + " s of the run)";
 }
