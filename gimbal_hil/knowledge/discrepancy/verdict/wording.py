@@ -187,7 +187,7 @@ def _elsewhere(result: Result, gaps: Sequence[Gap]) -> str:
     """The largest gap of rows that were fitted or that selected, which is all that there is where those that judge have
     none.
     """
-    parts = {"of the searched logs": result.null.fitted, "of the first half of the hold-out": result.null.selecting}
+    parts = {"in the searched logs": result.null.fitted, "in the first half of the hold-out": result.null.selecting}
     found = [(float(left), gap, of) for of, rows in parts.items() for left, gap in zip(rms(rows), gaps, strict=True)]
     floors, gap, of = max(found, key=lambda one: one[0])
     size = f"{quantity(floors * gap.noise_floor, gap.unit)} or {floors:.3g} times the noise floor"
