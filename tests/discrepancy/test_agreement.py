@@ -73,6 +73,14 @@ def test_a_number_that_identify_denies_to_be_off_is_no_name_and_neither_is_what_
         assert "2.02 kg (1.919 to 2.121)" in _denied(denial) and "0.68" in _denied(denial)
 
 
+def test_a_number_is_known_no_better_than_either_method_allows(inquiry: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    mine = {"inertia": (1.843, 1.957)}
+    for said, told in ((2.0, (1.843, 2.1)), (1.9, (1.805, 1.995)), (4.0, (1.843, 1.957))):
+        monkeypatch.setattr(agreement, "numbers_of_motion", lambda *_, said=said: says(said))
+        found = agreement.with_identification(inquiry, told_as(1.9))
+        assert agreement.intervals_of_both(found, ("inertia", AXIS), mine)["inertia"] == pytest.approx(told)
+
+
 def test_logs_that_no_regression_can_use_deny_nothing(inquiry: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     def refused(*_: Any) -> Any:
         raise BadInputError("log", "too short", "more rows")

@@ -1,6 +1,6 @@
 """The judgement: which of the causes found are reported, and how surely."""
 
-from gimbal_hil.knowledge.discrepancy.judgement.agreement import with_identification
+from gimbal_hil.knowledge.discrepancy.judgement.agreement import intervals_of_both, with_identification
 from gimbal_hil.knowledge.discrepancy.judgement.deciding import (
     Denial,
     Kind,
@@ -40,6 +40,7 @@ __all__ = [
     "channel_name",
     "decide",
     "hidden_errors",
+    "intervals_of_both",
     "number_errors",
     "number_intervals",
     "odds_against",

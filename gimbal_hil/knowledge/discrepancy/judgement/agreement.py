@@ -3,7 +3,7 @@
 The search explains a residual and can choose among many names; the regression of `identify` knows only inertia and
 sliding friction and takes the command as it is. Each method has errors of its own. If their intervals do not overlap
 and the regression's value is nearer to the model, one of the two is wrong, so neither this number nor anything that was
-fitted beside it on the axis is named.
+fitted beside it on the axis is named. Where they overlap, the number is known no better than either method allows.
 """
 
 from __future__ import annotations
@@ -19,17 +19,21 @@ from gimbal_hil.knowledge.discrepancy.judgement.intervals import parameter_inter
 from gimbal_hil.knowledge.identification import Determination, Estimate, Log, numbers_of_motion, stretches_of_table
 from sim_backend.effects import CATALOGUE
 
+Intervals = Mapping[str, tuple[float, float]]
 #: numbers of the model that both methods know
 _BOTH_KNOW = ("friction.", "body.own_")
 
 
 def with_identification(inquiry: Inquiry, decision: Decision) -> Decision:
-    """The decision without names on an axis of which a named number is denied."""
+    """The decision without names on an axis of which a named number is denied, and with what is identified."""
     denials: dict[str, tuple[Denial, ...]] = {}
+    known: dict[tuple[str, str], tuple[float, float]] = {}
     for axis in {one.standing.label[1] for one in decision.told if one.status is Status.NAMED}:
         mine = [one for one in decision.told if one.standing.label[1] == axis and _is_known_to_both(one)]
         identified = _identified(inquiry, axis) if mine else {}
         denials[axis] = tuple(found for one in mine for found in _denials(inquiry, decision, one, identified))
+        known |= {(axis, name): (one.interval.low, one.interval.high) for name, one in identified.items()}
+    decision = replace(decision, identified=known)
     if not any(denials.values()):
         return decision
     told = tuple(
@@ -37,6 +41,21 @@ def with_identification(inquiry: Inquiry, decision: Decision) -> Decision:
         for one in decision.told
     )
     return replace(decision, told=told, kind=kind_of(told))
+
+
+def intervals_of_both(decision: Decision, label: tuple[str, str], mine: Intervals) -> Intervals:
+    """Intervals of a cause's parameters that hold those of the other method too, where the two overlap: what one takes
+    for certain (that nobody smoothed the columns, say) the other may doubt.
+    """
+    effect, axis = label
+    found = dict(mine)
+    for parameter in CATALOGUE[effect].parameters:
+        theirs = decision.identified.get((axis, _there(parameter.path)))
+        if theirs is not None and parameter.name in mine:
+            low, high = mine[parameter.name]
+            if theirs[0] <= high and theirs[1] >= low:
+                found[parameter.name] = min(low, theirs[0]), max(high, theirs[1])
+    return found
 
 
 def _is_known_to_both(one: Told) -> bool:

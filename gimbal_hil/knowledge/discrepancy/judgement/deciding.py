@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
@@ -98,6 +99,8 @@ class Decision:
     remainders: tuple[Remainder, ...]
     #: where nothing is told: the variable that what is left depends on, and the share that it predicts alone
     depends_on: tuple[Variable, float] | None = None
+    #: low and high of numbers that another method identifies from the same logs, by axis and name
+    identified: Mapping[tuple[str, str], tuple[float, float]] = field(default_factory=dict)
 
 
 def decide(

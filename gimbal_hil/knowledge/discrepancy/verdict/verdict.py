@@ -19,6 +19,7 @@ from gimbal_hil.knowledge.discrepancy.judgement import (
     Rival,
     Shows,
     Told,
+    intervals_of_both,
     number_intervals,
     odds_against,
     parameter_intervals,
@@ -287,7 +288,9 @@ def _parameters(result: Result, index: int, state: State | None = None) -> Json:
     """Numbers of a cause with their intervals, of the best state or another one."""
     model, twin, state = result.model, result.inquiry.twin, state or result.best
     effect = CATALOGUE[state.hypothesis.labels[index][0]]
-    intervals = parameter_intervals(result.inquiry, state, index)
+    intervals = intervals_of_both(
+        result.decision, state.hypothesis.labels[index], parameter_intervals(result.inquiry, state, index)
+    )
     found = {}
     for name, (value, nominal) in values_of(model, twin, state.hypothesis, index).items():
         parameter = next(p for p in effect.parameters if p.name == name)
