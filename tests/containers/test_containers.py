@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import json
 import struct
 import subprocess
 import sys
@@ -301,3 +302,15 @@ def test_a_sheet_is_read_wherever_its_header_is_and_however_its_numbers_are_writ
     table = read_signals(path, ("joint",), columns=columns)
     assert table.period_s == pytest.approx(written.PERIOD_S)
     assert np.allclose(table.position("joint"), POSITION) and np.allclose(table.torque("joint"), TORQUE, atol=1e-6)
+
+
+def test_records_may_have_their_numbers_and_times_as_words(tmp_path: Path) -> None:
+    rows = (
+        {"at": f"2024-05-01T10:00:{t:09.6f}", "q": f"{q:.6f}", "tau": u, "mode": "run"}
+        for t, q, u in zip(TIME, POSITION, TORQUE, strict=True)
+    )
+    (path := tmp_path / "log.jsonl").write_text("\n".join(map(json.dumps, rows)) + "\n")
+    columns = ColumnMap.of_words(["time_s=at", "joint.position=q", "joint.torque=tau"])
+    table = read_signals(path, ("joint",), columns=columns)
+    assert table.period_s == pytest.approx(written.PERIOD_S)
+    assert np.allclose(table.position("joint"), POSITION, atol=1e-6)

@@ -47,6 +47,11 @@ def test_a_torque_that_is_held_for_the_rows_that_it_is_the_mean_of_leaves_interv
     holds_the_truth(fitted(0, torque.reshape(-1, 5).mean(axis=1).repeat(5)), *NUMBERS)
 
 
+def test_a_torque_that_is_late_and_behind_a_low_pass_leaves_intervals_that_hold_the_truth() -> None:
+    torque = lfilter(*butter(1, 40.0 / 250.0), BENCH.log("a", 16.0, cogging=0.05).torque)
+    holds_the_truth(fitted(0, np.concatenate((torque[:1], torque[:1], torque[:-2]))), *NUMBERS)
+
+
 @pytest.mark.parametrize("k", heavy_but((0,), (0, 1)))
 @pytest.mark.parametrize("hertz", [15.0, 30.0, 60.0])
 def test_a_position_behind_a_low_pass_leaves_intervals_that_hold_the_truth(k: int, hertz: float) -> None:

@@ -67,6 +67,16 @@ def test_a_repair_makes_them_up_and_a_note_says_which() -> None:
     assert any("2 of 6000 rows" in note and "row 1001" in note for note in mended.notes)
 
 
+def test_what_the_rows_of_one_column_hid_in_another_is_made_up_too() -> None:
+    sound, rows = table(), np.arange(300, 5700, 120)
+    position, torque = sound.position("joint").copy(), sound.torque("joint").copy()
+    position[rows] = torque[rows] = 0.0
+    (mended,) = questioned(joint(), [table(position, torque)], repair=True)
+    left = np.abs(mended.torque("joint") - sound.torque("joint"))[rows]
+    assert np.mean(left > 0.05) < 0.05 < np.mean(np.abs(sound.torque("joint")[rows]) > 0.05)
+    assert [note.partition(":")[0] for note in mended.notes] == ["joint.position", "joint.torque"]
+
+
 def test_more_than_a_few_are_refused_with_repair_too() -> None:
     with pytest.raises(BadInputError, match="at most 2%"):
         questioned(joint(), [spoilt(list(range(100, 5900, 20)), 0.4)], repair=True)

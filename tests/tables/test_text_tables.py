@@ -54,6 +54,7 @@ FORMS: dict[str, tuple[str | bytes, tuple[str, ...]]] = {
     "no header, spaces": (whole(lines(" ", header=None)), BY_NUMBER),
     "units below": (whole([lines()[0], "s,N m,rad", *lines()[1:]]), ()),
     "two levels": (whole(["time_s,joint,joint", ",torque,position", *lines()[1:]]), ()),
+    "a title above": (whole(["Run 5,,", *lines()]), ()),
     "separator at every end": (whole(lines(end=",")), ()),
     "separator at the end of rows": (whole([lines()[0], *lines(end=",")[1:]]), ()),
     "row numbers without a name": (whole([lines()[0], *(f"{k},{one}" for k, one in enumerate(lines()[1:]))]), ()),

@@ -6,12 +6,17 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup
 from gimbal_hil.data.containers.flattening import columns_of
 from gimbal_hil.data.containers.naming import time_among
+from gimbal_hil.data.tables import numbers_in
 
 _FEWEST = 10
+#: share of words that have to be numbers
+_MOST_NUMBERS = 0.5
 _EXPECTED = "one record a line, or a list of records, or lists of one length"
 
 
@@ -59,7 +64,7 @@ def _lists(value: object, name: str = "") -> Iterator[tuple[str, dict[str, Float
     """Columns of every list of records in a document, by where it stands."""
     if isinstance(value, list):
         if len(value) >= _FEWEST and all(isinstance(one, dict) for one in value):
-            columns = columns_of(value)
+            columns = _of_words(value) | columns_of(value)
             prefix = f"{name}." if name else ""
             if columns:
                 yield name, {f"{prefix}{key}": values for key, values in columns.items()}
@@ -72,6 +77,17 @@ def _lists(value: object, name: str = "") -> Iterator[tuple[str, dict[str, Float
         for key, one in value.items():
             if key not in vectors:
                 yield from _lists(one, f"{name}.{key}" if name else str(key))
+
+
+def _of_words(records: list[dict[str, object]]) -> dict[str, Floats]:
+    """Columns whose numbers or times were written as words."""
+    found = {}
+    for key in (key for key, value in records[0].items() if isinstance(value, str)):
+        cells = [value if isinstance(value := one.get(key), str) else None for one in records]
+        values = numbers_in(cells)
+        if np.isfinite(values).mean() > _MOST_NUMBERS:
+            found[key] = values
+    return found
 
 
 def _is_vector(value: object) -> bool:

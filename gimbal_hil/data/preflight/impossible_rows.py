@@ -18,7 +18,7 @@ from gimbal_hil.data.preflight.position_rows import impossible_positions
 from gimbal_hil.data.preflight.rate_rows import impossible_rates
 from gimbal_hil.data.preflight.slow_rows import require_fast_rows
 from gimbal_hil.data.preflight.stating import stated_wrap
-from gimbal_hil.data.preflight.torque_rows import impossible_torques
+from gimbal_hil.data.preflight.torque_rows import impossible_torques, torques_lost_beside
 from gimbal_hil.data.signals import SignalsTable
 from sim_backend.model import AntennaModel
 
@@ -55,33 +55,34 @@ def _require_both_change(model: AntennaModel, tables: Sequence[SignalsTable]) ->
 
 def impossible_rows(model: AntennaModel, table: SignalsTable) -> list[Impossible]:
     """What cannot be in a table, column by column."""
-    return [
-        one
-        for axis in model.axes
-        for look in (impossible_positions, impossible_torques, impossible_rates)
-        for one in look(model, table, axis)
-    ]
+    found: list[Impossible] = []
+    for axis in model.axes:
+        positions = list(impossible_positions(model, table, axis))
+        torques = list(impossible_torques(model, table, axis)) or list(torques_lost_beside(table, axis, positions))
+        found += [*positions, *torques, *impossible_rates(model, table, axis)]
+    return found
 
 
 def _questioned(model: AntennaModel, table: SignalsTable, repair: bool) -> SignalsTable:
     require_fast_rows(table)
-    found = impossible_rows(model, table)
-    if not found:
-        return table
-    spikes = [one for one in found if one.can_be_made_up]
-    rows = sum(len(one.rows) for one in spikes)
-    if not repair or len(spikes) < len(found) or rows > MOST_REPAIRED * len(table):
-        first = next((one for one in found if not one.can_be_made_up), found[0])
-        raise BadInputError(_place(table, first), _said(table, first), _remedy(model, table, first, rows))
-    columns, notes = {one.column: table.columns[one.column] for one in spikes}, []
-    for one in spikes:
-        columns[one.column] = _made_up(columns[one.column], one.rows)
-        notes.append(
-            f"{one.column}: {len(one.rows)} of {len(table)} rows {one.what}, made up from their neighbours: "
-            + ", ".join(_where(table, row) for row in one.rows[:_LISTED])
-            + (" ..." if len(one.rows) > _LISTED else "")
-        )
-    return table.but(columns, notes)
+    asked, made_up = table, 0
+    # what one column's rows hid in another is seen once they are made up
+    while found := impossible_rows(model, asked):
+        spikes = [one for one in found if one.can_be_made_up]
+        rows = made_up + sum(len(one.rows) for one in spikes)
+        if not repair or len(spikes) < len(found) or rows > MOST_REPAIRED * len(table):
+            first = next((one for one in found if not one.can_be_made_up), found[0])
+            raise BadInputError(_place(asked, first), _said(asked, first), _remedy(model, asked, first, rows))
+        columns, notes, made_up = {one.column: asked.columns[one.column] for one in spikes}, [], rows
+        for one in spikes:
+            columns[one.column] = _made_up(columns[one.column], one.rows)
+            notes.append(
+                f"{one.column}: {len(one.rows)} of {len(table)} rows {one.what}, made up from their neighbours: "
+                + ", ".join(_where(asked, row) for row in one.rows[:_LISTED])
+                + (" ..." if len(one.rows) > _LISTED else "")
+            )
+        asked = asked.but(columns, notes)
+    return asked
 
 
 def _made_up(values: Floats, rows: Sequence[int]) -> Floats:

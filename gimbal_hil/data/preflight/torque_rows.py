@@ -67,6 +67,14 @@ def impossible_torques(model: AntennaModel, table: SignalsTable, axis: str) -> I
         yield from _not_given(model, table, axis, torque, _jumped(torque, beyond, size) if limit > 0.0 else beyond)
 
 
+def torques_lost_beside(table: SignalsTable, axis: str, positions: Sequence[Impossible]) -> Iterator[Impossible]:
+    """Torques of one number, a mark for none, in the rows whose position cannot be: such reads failed as a whole."""
+    rows = np.array([row for one in positions if one.can_be_made_up for row in one.rows], np.int64)
+    if len(marks := _marks(table.commanded(axis), rows)):
+        what = "the same where the position cannot be: it marks reads that failed"
+        yield Impossible(f"{axis}.torque", tuple(marks.tolist()), what)
+
+
 def _not_given(
     model: AntennaModel, table: SignalsTable, axis: str, torque: Floats, beyond: NDArray[np.int64]
 ) -> Iterator[Impossible]:

@@ -183,9 +183,9 @@ def _timed(raw: RawColumns, repair: Repair) -> tuple[RawColumns, Repair]:
 
 
 def _numbers_rows(times: NDArray[np.float64]) -> bool:
-    """Whether times count by one from row to row, which no clock in seconds does."""
+    """Whether times count by one from row to row, up or down, which no clock in seconds does."""
     steps = np.diff(times[np.isfinite(times)])
-    return len(steps) > FEWEST_ROWS and float(np.median(steps)) == 1.0 and bool(np.all(steps % 1.0 == 0.0))
+    return len(steps) > FEWEST_ROWS and abs(float(np.median(steps))) == 1.0 and bool(np.all(steps % 1.0 == 0.0))
 
 
 def _turned_on(raw: RawColumns, rows: NDArray[np.int64], axes: Sequence[str], notes: list[str]) -> RawColumns:

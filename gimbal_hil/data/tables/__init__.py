@@ -1,6 +1,6 @@
 """Tables as they stand in files, of text, Parquet and numpy: named columns of numbers, and what they are in."""
 
-from gimbal_hil.data.tables.arrays import parquet_module
+from gimbal_hil.data.tables.arrays import numbers_in, parquet_module
 from gimbal_hil.data.tables.file import is_text_table, read_table
 from gimbal_hil.data.tables.moments import BETWEEN_ROWS_S, DAY_S
 from gimbal_hil.data.tables.raw import FileColumn, Floats, OddLine, RawColumns, listed
@@ -19,6 +19,7 @@ __all__ = [
     "is_text_table",
     "knows_all_units",
     "listed",
+    "numbers_in",
     "parquet_module",
     "read_table",
     "text_of_lines",

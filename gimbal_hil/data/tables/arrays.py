@@ -120,6 +120,11 @@ def _columns(path: Path, names: Sequence[str], columns: Sequence[Cells]) -> RawC
     return RawColumns(path, values, texts, first_row=1, doubts=doubts)
 
 
+def numbers_in(cells: Cells) -> Floats:
+    """Cells as numbers (n,), NaN for what is none; where no cell is one, dates and times of day as seconds."""
+    return _numbers(cells)[0]
+
+
 def _numbers(cells: Cells) -> tuple[Floats, dict[int, str]]:
     if isinstance(cells, np.ndarray):
         return cleaned(cells)

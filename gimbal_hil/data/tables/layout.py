@@ -217,7 +217,11 @@ def _units_row(cells: Sequence[str]) -> tuple[str, ...] | None:
 
 
 def _is_second_level(upper: Sequence[str], lower: Sequence[str]) -> bool:
-    """Whether only both lines together tell the columns apart, as the two levels of pandas do."""
+    """Whether only both lines together tell the columns apart, as the two levels of pandas do; one word above names
+    that do so by themselves is a title.
+    """
+    if sum(map(bool, upper)) == 1 and "" not in lower and len(set(lower)) == len(lower):
+        return False
     return ("" in lower or "" in upper or len(set(lower)) < len(lower) or len(set(upper)) < len(upper)) and (
         len(set(zip(upper, lower, strict=True))) == len(lower)
     )

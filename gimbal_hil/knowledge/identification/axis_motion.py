@@ -69,8 +69,8 @@ class AxisMotion:
 
     @property
     def step_s(self) -> float:
-        """Period of the rows; of their steps the usual one is off by what a stamp is rounded by."""
-        return float(self.time_s[-1] - self.time_s[0]) / (len(self.time_s) - 1)
+        """Period of the rows."""
+        return float(np.median(np.diff(self.time_s)))
 
     def middle(self, rows: int) -> AxisMotion:
         """At most so many rows from the middle of the log, at a rate that the band of the fit allows."""

@@ -252,7 +252,7 @@ def as_logged(
     seed: int = 0,
 ) -> AsLogged:
     """The regression before anything is said of its columns; arguments and error as those of `fit_rigid_axis`."""
-    step = float(time_s[-1] - time_s[0]) / (len(time_s) - 1)
+    step = float(np.median(np.diff(time_s)))
     edge = int(round(rule.edge_periods / rule.bandwidth_hz / step))
     if len(time_s) < 4 * edge + 200 or not np.ptp(position) > 0.0:
         raise BadInputError(
@@ -321,11 +321,12 @@ def _ends(problem: ShiftedProblem, fit: ShiftedFit, seed: int) -> list[_Replicat
 
 def _perhaps_lagged(problem: ShiftedProblem, late: ShiftedFit) -> tuple[ShiftedFit, ...]:
     """The fit of a late torque in which a lag makes it late, where it leaves no more: a torque that is refreshed
-    slowly, or comes through a fast low-pass, is late and a little too small as well.
+    slowly, or comes through a fast low-pass, is late and a little too small as well. Where all of it is a shift the
+    cost has a hollow, so that it is sought from none of it too.
     """
     if late.lag_s > 0.0 or late.shift_s <= 0.0:
         return ()
-    lagged = fit_shifted(problem, True, late.shift_s)
+    lagged = min((fit_shifted(problem, True, near) for near in (late.shift_s, 0.0)), key=lambda one: one.cost)
     return (lagged,) if lagged.lag_s > 0.0 and lagged.cost <= late.cost else ()
 
 
