@@ -147,6 +147,11 @@ REFUSED: dict[str, Case] = {
         (),
         r"row 40\d\d .* asks for another torque",
     ),
+    "torque clipped in most rows": lambda: (
+        LOG.but(torque=np.clip(swinging(cogging=0.05).torque, -0.2, 0.2)).text(),
+        (),
+        "the end of the column's range, .* asks for more torque",
+    ),
     "torque clipped by the logger": lambda: (
         # beside cogging that no model knows, which one fit of all rows takes the rails for
         LOG.but(torque=np.clip(swinging(cogging=0.05).torque, -0.4, 0.4)).text(),

@@ -81,6 +81,7 @@ def test_other_units_are_asked_of_the_library(said: str, si: str, size: float) -
         ("theta/deg", "rad", "deg"),
         ("torque_mNm", "N m", "mNm"),
         ("time us", "s", "us"),
+        ("arm.q.deg", "rad", "deg"),
         ("Moment (N·mm)", "N m", "N·mm"),
         # a name, a part of one, a place in a list, another quantity, and words that a library alone takes for units
         ("deg", "rad", ""),

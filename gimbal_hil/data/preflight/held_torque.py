@@ -32,7 +32,8 @@ _BEYOND = 0.75
 def held_torques(model: AntennaModel, table: SignalsTable, axis: str) -> Iterator[Impossible]:
     """Rows of one torque in which the joint moves as by another."""
     held = _in_runs(table.torque(axis))
-    if len(held) < 40 * AROUND or not _LEAST_SHARE <= float(np.mean(held)) <= _MOST_SHARE:
+    share = float(np.mean(held))
+    if len(held) < 40 * AROUND or share < _LEAST_SHARE:
         return
     position, rate, bend = _smoothed(model, table)
     torque, columns, needed, slack = _needs(model, table, axis, position, rate, bend)
@@ -54,7 +55,11 @@ def held_torques(model: AntennaModel, table: SignalsTable, axis: str) -> Iterato
         rows = np.flatnonzero(at_rails)
         what = f"is at the end of the column's range, {len(rows)} rows in all, where the motion asks for more torque"
         yield Impossible(f"{axis}.torque", tuple(rows.tolist()), what, ColumnFault.STILL)
-    elif _rms(missed[inside]) > max(_TIMES * usual, _MISSED * asked) and _rms(short[inside]) > _SHARE * asked:
+    elif (
+        share <= _MOST_SHARE
+        and _rms(missed[inside]) > max(_TIMES * usual, _MISSED * asked)
+        and _rms(short[inside]) > _SHARE * asked
+    ):
         rows = np.flatnonzero(inside & (missed > _TIMES * usual))
         what = (
             f"is the same as in the rows around it, {len(rows)} rows in all, where the motion asks for another torque"

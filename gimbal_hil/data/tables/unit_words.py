@@ -115,7 +115,7 @@ def unit_in_name(name: str, si: str) -> str:
         unit = match["unit"].strip()
         if (unit_size if si not in _FORCES or not unit.isalpha() else _by_table)(unit, si) is not None:
             return unit
-    start, *words = re.split(r"[_\s/]+", name.strip())
+    start, *words = re.split(r"[_\s/.]+", name.strip())
     tail = words[-1] if words and start else ""
     return tail if tail and tail.lower() not in _SHORT and _by_table(tail, si) is not None else ""
 
