@@ -72,7 +72,11 @@ def test_the_page_of_faults_begins_with_which_came_nearest_or_did_not_end_as_it_
     row = next(one for one in fault_rows() if one.motion is Motion.FAST)
     right = FaultOutcome(row, Transport.CAN, "runaway", 0.5 * row.safe_s, 0.1, 0.0, 0.1 * row.travel_rad, True, "")
     page = bench_page(matrix_blocks([right]), "gimbal-hil bench faults").render()
-    assert ">Faults</h1>" in page and "All 1 faults on CAN ended safely and within their bounds, the slowest" in page
+    assert ">Faults</h1>" in page and "The one fault on CAN ended safely and within its bounds, the slowest" in page
+    # one that is ridden through has no bound to be near to
+    ridden = next(one for one in fault_rows() if one.safe_s == 0.0)
+    through = FaultOutcome(ridden, Transport.CAN, "", 0.0, 0.0, 0.0, 0.0, True, "")
+    assert "All 2 faults on CAN" in bench_page(matrix_blocks([right, through]), "gimbal-hil bench faults").render()
     wrong = replace(right, transport=Transport.SERIAL, problem="not safe")
     first = matrix_blocks([right, wrong])[0]
     assert isinstance(first, Callout) and first.tone == "bad"

@@ -297,6 +297,9 @@ def test_a_sheet_is_read_wherever_its_header_is_and_however_its_numbers_are_writ
         book.active.append(row)
     for t, q, u in zip(TIME, POSITION, TORQUE, strict=True):
         book.active.append([round(1e3 * t, 3), float(np.rad2deg(q)), f"{u:.6f}".replace(".", ",")])
+    # a sheet of words beside it is no reason to refuse the file
+    for line in range(15):
+        book.create_sheet("Read me") if line == 0 else book["Read me"].append([f"remark {'of the bench' * line}"])
     book.save(path)
     columns = ColumnMap.of_words(["joint.position=angle [deg]", "joint.torque=M [Nm]"])
     table = read_signals(path, ("joint",), columns=columns)

@@ -46,6 +46,8 @@ def test_a_number_its_interval_and_what_it_is_compared_with_have_one_prefix() ->
     )
     # an interval that digits do not show, or that nobody knows, is not told
     assert between(0.03, 0.03, 0.03, "N m") == "30 mN m"
+    # a value with fewer digits than its ends would lie beside them
+    assert between(0.050005, 0.050003, 0.050007, "N m") == "50.005 mN m (50.003 to 50.007)"
     assert between(1.0, 0.0, float("inf"), "1") == "1"
     assert from_to(0.0192, 0.000473, "N m") == "19.2 \u2192 0.473 mN m"
     assert from_to(0.145, 0.000518, "N m") == "145 \u2192 0.518 mN m" and from_to(0.5, 0.0, "rad") == "0.5 \u2192 0 rad"

@@ -46,6 +46,8 @@ def test_a_strangers_table_is_read_in_si_units(tmp_path: Path, decimal: str, bet
         ("", math.pi / 180.0),
         ("1*rad", 1.0),
         ("-deg", -math.pi / 180.0),
+        # mirrored, in what the file says
+        ("-", -math.pi / 180.0),
         ("°", math.pi / 180.0),
         ("turn/8192", math.tau / 8192.0),
         ("1*rev", math.tau),

@@ -10,6 +10,7 @@ from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
+from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup, missing
 from gimbal_hil.data.containers.naming import time_among
 from gimbal_hil.data.tables import text_of_lines
@@ -37,17 +38,24 @@ def read_workbook(path: Path) -> Contents:
     except ImportError:
         raise missing(path, "an Excel workbook", "openpyxl", "xlsx") from None
     sheets = pd.read_excel(path, sheet_name=None, engine="openpyxl", header=None, dtype=object)
-    groups, notes = [], []
+    groups, notes, refused = [], [], []
     for name, frame in sheets.items():
         if len(frame) < _FEWEST:
             continue
         lines = ["\t".join(map(_cell, row)) for row in frame.itertuples(index=False)]
-        raw = text_of_lines(path, lines)
+        try:
+            raw = text_of_lines(path, lines)
+        except BadInputError as error:
+            # a sheet of words beside the data
+            refused.append(error)
+            continue
         columns = {head: values for head, values in raw.values.items() if np.isfinite(values).mean() > 0.5}
         if columns:
             units = {head: raw.units[head] for head in columns if head in raw.units}
             groups.append(replace(_group(str(name), columns), units=units))
-            notes += [note for note in raw.notes if note not in notes]
+            notes += [note if len(sheets) == 1 else f"sheet {name}: {note}" for note in raw.notes]
+    if refused and not groups:
+        raise refused[0]
     return Contents(path, "Excel workbook", tuple(groups), tuple(notes))
 
 

@@ -27,6 +27,8 @@ _TIMES, _MISSED, _SHARE, _FRICTION = 5.0, 0.1, 0.25, 3.0
 _POWERS = (1, 2, 3)
 #: of rows at a rail the others ask more in this share; at a limit that the drive has they do in half
 _BEYOND = 0.75
+#: a rail is the drive's own limit where it is that to this share
+_AT_LIMIT = 0.01
 
 
 def held_torques(model: AntennaModel, table: SignalsTable, axis: str) -> Iterator[Impossible]:
@@ -49,9 +51,10 @@ def held_torques(model: AntennaModel, table: SignalsTable, axis: str) -> Iterato
     beside = np.abs(torque - as_others)
     short = np.maximum(np.abs(torque - needed) - slack, 0.0)
     usual, asked = _rms(beside[outside]), _rms(torque[outside])
-    at_rails = inside & _at_the_ends(table.torque(axis))
+    at_rails = inside & _at_the_ends(table.torque(axis), model.number(axis, "actuator.limit"))
     more = ((as_others - torque) * np.sign(torque))[at_rails]
-    if len(more) >= 4 * AROUND and np.mean(more > 0.0) > _BEYOND and np.median(more) > usual:
+    clearly = max(usual, _MISSED * float(np.median(np.abs(torque[at_rails])))) if len(more) >= 4 * AROUND else np.inf
+    if len(more) >= 4 * AROUND and np.mean(more > 0.0) > _BEYOND and np.median(more) > clearly:
         rows = np.flatnonzero(at_rails)
         what = f"is at the end of the column's range, {len(rows)} rows in all, where the motion asks for more torque"
         yield Impossible(f"{axis}.torque", tuple(rows.tolist()), what, ColumnFault.STILL)
@@ -83,9 +86,12 @@ def _in_runs(torque: Floats) -> np.ndarray:
     return held
 
 
-def _at_the_ends(torque: Floats) -> np.ndarray:
-    """Which rows hold the largest or the smallest torque of a column, (n,)."""
-    return (torque == torque.max()) | (torque == torque.min())
+def _at_the_ends(torque: Floats, limit: float) -> np.ndarray:
+    """Which rows hold the largest or the smallest torque of a column, (n,), but for what the drive gives at most, which
+    is a torque that it gave.
+    """
+    ends = (torque == torque.max()) | (torque == torque.min())
+    return ends & ~np.isclose(np.abs(torque), limit, rtol=_AT_LIMIT)
 
 
 def _smoothed(model: AntennaModel, table: SignalsTable) -> tuple[Floats, Floats, Floats]:

@@ -32,6 +32,8 @@ _SUSPECT, _LEFT, _OF_IT = 0.5, 0.4, 0.5
 _RATES = [2.0 ** (0.25 * k) for k in range(-28, 29) if abs(k) > 3]
 #: whole numbers that go this far are counts
 _COUNTS = 2.0
+#: of the rows so few may be within what an actuator gives, where a torque is in another unit
+_HARDLY_ANY = 0.05
 #: the most that a base is pitched by, rad, and what a table rounds
 _MOST_PITCH = 0.5 * np.pi + 1e-3
 
@@ -143,15 +145,16 @@ def _check_energy(model: AntennaModel, table: SignalsTable) -> None:
 
 
 def _check_torque(model: AntennaModel, table: SignalsTable) -> None:
-    """Raise BadInputError for a torque that is beyond its actuator in most rows: cut to what the actuator gives, it is
-    another one, and fits a motion as such.
+    """Raise BadInputError for a torque that is beyond its actuator in nearly all rows: cut to what the actuator gives,
+    it is another one, and fits a motion as such. A loop that asks for more than there is comes back from it.
     """
     for axis in model.axes:
-        limit, usual = model.number(axis, "actuator.limit"), float(np.median(np.abs(table.commanded(axis))))
-        if usual > limit > 0.0:
+        limit = model.number(axis, "actuator.limit")
+        least = float(np.quantile(np.abs(table.commanded(axis)), _HARDLY_ANY))
+        if least > limit > 0.0:
             raise BadInputError(
                 f"{table.source or 'log'}: {axis}.torque",
-                f"is {usual:.3g} or more in half of the rows, and the model's actuator gives {limit:g}: it seems to be "
+                f"is {least:.3g} or more in nearly all rows, and the model's actuator gives {limit:g}: it seems to be "
                 "in another unit",
                 f"--column {axis}.torque=COLUMN:UNIT, or the actuator's limit in the model",
             )

@@ -36,6 +36,7 @@ _PARTS = {
 #: sizes of units that differ by less are one
 _SAME_SIZE = 1e-6
 _NUMBER = r"\d+(?:\.\d*)?(?:[eE][+-]?\d+)?"
+_MIRRORED = "-"
 _UNIT = re.compile(rf"(?P<sign>-?)(?:(?P<times>{_NUMBER})\*?)?(?P<unit>[^\d].*?)?(?:/(?P<over>{_NUMBER}))?")
 
 
@@ -146,25 +147,32 @@ class ColumnMap:
 def _with_named_units(raw: RawColumns, split: Mapping[str, Sequence[Term]], linear: Sequence[str]) -> RawColumns:
     """The file with the units that the names of these columns end in, where it states none otherwise."""
     named = {
-        terms[0].column: unit
+        term.column: unit
         for name, terms in split.items()
-        if len(terms) == 1 and (unit := unit_in_name(terms[0].column, unit_of(name, linear)))
+        for term in terms
+        if (unit := unit_in_name(term.column, unit_of(name, linear)))
     }
     return replace(raw, units={**named, **raw.units})
+
+
+def _is_said(term: Term) -> bool:
+    """Whether somebody said more of a column than that it is mirrored."""
+    return term.unit not in ("", _MIRRORED)
 
 
 def _require_agreement(name: str, term: Term, si: str, stated: Mapping[str, str]) -> None:
     """Raise BadInputError where another unit is said than the one that the file states, and no factor with it."""
     written = stated.get(term.column, "")
     match = _UNIT.fullmatch(term.unit)
-    if not term.unit or not written or match is None or match["times"] or match["over"]:
+    if not _is_said(term) or not written or match is None or match["times"] or match["over"]:
         return
     here, there = unit_size(match["unit"], si), unit_size(written, si)
     if here is not None and there is not None and abs(here[0] - there[0]) > _SAME_SIZE * there[0]:
+        insisting = f"{match['sign'] or ''}1*{match['unit']}"
         raise BadInputError(
             f"--column {name}={term.column}:{term.unit}",
             f"contradicts the file, which says {written!r}",
-            f"{name}={term.column} for what the file says, or {name}={term.column}:1*{match['unit']} to insist",
+            f"{name}={term.column} for what the file says, or {name}={term.column}:{insisting} to insist",
         )
 
 
@@ -220,7 +228,8 @@ def _size(term: Term, name: str, si: str, stated: Mapping[str, str]) -> tuple[fl
         text = next((unit for unit, names in _PARTS.items() if names.search(term.column)), "")
     match = _UNIT.fullmatch(text)
     parts = match.groupdict() if match is not None else {}
-    found = unit_size(parts.get("unit") or si or "1", si)
+    unit = parts.get("unit") or (stated.get(term.column) if not _is_said(term) else None)
+    found = unit_size(unit or si or "1", si)
     times, over = float(parts.get("times") or 1.0), float(parts.get("over") or 1.0)
     if found is None or times == 0.0 or over == 0.0:
         if "KT" in text:

@@ -96,7 +96,9 @@ _SPELLINGS: Mapping[str, str] = {
 _WEIGHTS: Mapping[str, str] = {"lb": "lbf", "lbs": "lbf", "oz": "ozf", "kg": "kgf", "kp": "kgf", "gf": "gf"}
 _FORCES = ("N m", "N")
 #: letters that end a name oftener than they are its unit
-_SHORT = frozenset(("a", "n", "m", "g", "s", "d", "h", "k", "in", "1"))
+_SHORT = frozenset(("a", "n", "m", "g", "s", "d", "h", "k", "in", "1", "turn"))
+#: words of the longest unit that a name ends in
+_MOST_WORDS = 3
 IN_BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]+)[\])]\s*$")
 
 
@@ -115,9 +117,11 @@ def unit_in_name(name: str, si: str) -> str:
         unit = match["unit"].strip()
         if (unit_size if si not in _FORCES or not unit.isalpha() else _by_table)(unit, si) is not None:
             return unit
-    start, *words = re.split(r"[_\s/.]+", name.strip())
-    tail = words[-1] if words and start else ""
-    return tail if tail and tail.lower() not in _SHORT and _by_table(tail, si) is not None else ""
+    parts = [*re.finditer(r"[_\s/.]+", name.strip())][-_MOST_WORDS:]
+    # the longest first: of `tau_mN_m` the m is none by itself
+    tails = [re.sub(r"[_\s.]+", " ", name.strip()[part.end() :]) for part in parts if part.start() > 0]
+    fits = (tail for tail in tails if tail.lower() not in _SHORT and _by_table(tail, si) is not None)
+    return next(fits, "")
 
 
 def _by_table(word: str, si: str) -> tuple[float, float] | None:

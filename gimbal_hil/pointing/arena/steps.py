@@ -47,6 +47,9 @@ def best_step_lines(found: ArenaResult, steps: Sequence[Scenario]) -> list[str]:
         if not rows:
             continue
         best, never = rows[0], [one.controller for one in rows if not math.isfinite(one.settling_s)]
+        if not math.isfinite(best.settling_s):
+            lines.append(f"No controller settles in every step on {short_name(antenna)}.")
+            continue
         told = f"{best.controller} settles soonest on {short_name(antenna)}: its slowest step takes {best.settles}"
         told += f" ({best.slowest}), its largest overshoot is {best.overshoot:.2f} %."
         told += f" Next: {rows[1].controller}, {rows[1].settles}." if len(rows) > 1 else ""
@@ -59,11 +62,15 @@ def worst_steps(found: ArenaResult, steps: Sequence[Scenario]) -> Table:
     """Slowest step and largest overshoot of every controller."""
     header = ("Controller", "Antenna", "Settled after", "In", "Overshoot [%]", "In")
     rows = [
-        (one.controller, short_name(antenna), one.settles, one.slowest, f"{one.overshoot:.2f}", one.wildest)
+        (one.controller, short_name(antenna), one.settles, one.slowest, _overshoot(one), one.wildest)
         for antenna in found.antennas
         for one in _ranked(found, steps, antenna)
     ]
     return Table(header, rows, _CAPTION)
+
+
+def _overshoot(one: _Worst) -> str:
+    return f"{one.overshoot:.2f}" if math.isfinite(one.overshoot) else "-"
 
 
 def _ranked(found: ArenaResult, steps: Sequence[Scenario], antenna: str) -> list[_Worst]:

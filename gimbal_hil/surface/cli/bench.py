@@ -7,16 +7,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import Annotated, NoReturn
 
 import typer
 
 from firmware_protocol.places import require_new
 from gimbal_hil.surface.cli.bench_findings import BenchFindings
 from gimbal_hil.surface.cli.following import closer_to_faults, closer_to_soak, closer_to_speed
-
-if TYPE_CHECKING:
-    pass
 
 BENCHES = ("speed", "realtime", "search", "blind", "faults", "soak", "pointing")
 

@@ -64,6 +64,11 @@ def pointing(choice: ArenaChoice) -> BenchFindings:
     # of the files that were compared the last, which `tune` names last too
     config = next((Path(name) for name in reversed(choice.controllers) if Path(name).is_file()), None)
     tripped = next((row for row in figures if row["problem"]), None)
-    closer = tripped and closer_to_trip(*(str(tripped[key]) for key in ("controller", "antenna", "scenario")))
+    # an entrant is called without its folder and ending
+    words = {Path(name).stem: name for name in choice.controllers or ()}
+    closer = tripped and closer_to_trip(
+        words.get(str(tripped["controller"]), str(tripped["controller"])),
+        *(str(tripped[key]) for key in ("antenna", "scenario")),
+    )
     blocks = arena_blocks(found)
     return BenchFindings(choice.words(), arena_text(found), figures, blocks, config=config, closer=closer or "")

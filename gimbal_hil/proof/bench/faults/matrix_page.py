@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text
@@ -30,8 +30,8 @@ def matrix_blocks(found: Sequence[FaultOutcome]) -> list[Block]:
     return [
         _answer(found),
         *(Text(_sentence(line)) for line in summary(found)[1:]),
-        Plot(_shares("Time until safe", found, lambda one: (one.safe_s or 0.0) / one.row.safe_s), caption),
-        Plot(_shares("Travel until at rest", found, lambda one: one.travel_rad / one.row.travel_rad), caption),
+        *_shares("Time until safe", [(one, one.safe_s or 0.0, one.row.safe_s) for one in found], caption),
+        *_shares("Travel until at rest", [(one, one.travel_rad, one.row.travel_rad) for one in found], caption),
         Heading("Every fault"),
         Table(HEADER, list(map(_cells, found))),
     ]
@@ -47,7 +47,8 @@ def _answer(found: Sequence[FaultOutcome]) -> Callout:
             f"{len(wrong)} of {len(found)} faults on {lines} did not end as they must. The first: {first}.", "bad"
         )
     slowest = max((one for one in found if one.safe_s is not None), key=lambda one: one.safe_s or 0.0, default=None)
-    said = f"All {len(found)} faults on {lines} ended safely and within their bounds"
+    who = f"All {len(found)} faults" if len(found) > 1 else "The one fault"
+    said = f"{who} on {lines} ended safely and within {'their' if len(found) > 1 else 'its'} bounds"
     if slowest is None:
         return Callout(f"{said}.", "good")
     within = f"{slowest.safe_s:.3f} s of {slowest.row.safe_s:.3f} allowed ({slowest.row.name})"
@@ -58,24 +59,31 @@ def _sentence(line: str) -> str:
     return f"{line[0].upper()}{line[1:]}."
 
 
-def _shares(title: str, found: Sequence[FaultOutcome], share: Callable[[FaultOutcome], float]) -> Drawing:
-    """How much of its bound each row took, a line for each kind of fault, a colour for each motion."""
+def _shares(title: str, taken: Sequence[tuple[FaultOutcome, float, float]], caption: str) -> list[Block]:
+    """How much of its bound each row took, a line for each kind of fault, a colour for each motion; rows without a
+    bound, which ride through, are not drawn. `taken` are rows, what each took and its bound.
+    """
+    shares = [(one, 100.0 * took / bound) for one, took, bound in taken if bound > 0.0 and one.safe_s is not None]
+    return [Plot(_dots(title, shares), caption)] if shares else []
+
+
+def _dots(title: str, shares: Sequence[tuple[FaultOutcome, float]]) -> Drawing:
     from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, REFERENCE, figure
 
-    kinds = list(dict.fromkeys(_kind(one) for one in found))
+    kinds = list(dict.fromkeys(_kind(one) for one, _ in shares))
     drawn = figure(title, "share of what is allowed [%]", "", 130 + 26 * len(kinds))
     for motion, colour in zip(Motion, (REFERENCE, MEASURED, MODEL), strict=True):
-        own = [one for one in found if one.row.motion is motion and one.safe_s is not None]
+        own = [(one, share) for one, share in shares if one.row.motion is motion]
         dots = dict(color=colour, size=8, opacity=0.8)
         drawn.add_scatter(
-            x=[100.0 * share(one) for one in own],
-            y=[_kind(one) for one in own],
+            x=[share for _, share in own],
+            y=[_kind(one) for one, _ in own],
             name=str(motion),
             mode="markers",
             marker=dots,
         )
     drawn.add_vline(x=100.0, color=ALERT, width=1.5)
-    drawn.update_xaxes(range=[0.0, 105.0 * max(1.0, *(share(one) for one in found))])
+    drawn.update_xaxes(range=[0.0, 1.05 * max(100.0, *(share for _, share in shares))])
     drawn.update_yaxes(autorange="reversed")
     drawn.update_layout(hovermode="closest")
     return drawn
