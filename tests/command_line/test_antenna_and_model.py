@@ -65,13 +65,13 @@ def test_from_friction_of_an_antenna_its_model_goes_to_the_search_and_the_antenn
     # with both logs there a new identification is asked at once
     assert after_identify(Path("id"), [slid], 2, True) == search
     deciding = after_discrepancy(UNEXPLAINED, "id/model.yaml", 2, Path("verdict"), [survey, holdout])
-    assert deciding == "gimbal-hil experiment reversals --model realistic --known id/model.yaml --out reversals"
-    turned = recorded(Path("reversals"), *shlex.split(deciding)[2:])
-    again = after_experiment("reversals", turned, origin, "id/model.yaml")
-    assert "--model id/model.yaml --measured survey --measured reversals --holdout survey_holdout" in again
+    assert deciding == "gimbal-hil experiment plateaus --model realistic --known id/model.yaml --out plateaus"
+    decade = recorded(Path("plateaus"), *shlex.split(deciding)[2:])
+    again = after_experiment("plateaus", decade, origin, "id/model.yaml")
+    assert "--model id/model.yaml --measured survey --measured plateaus --holdout survey_holdout" in again
     # what was recorded already decides nothing a second time
-    once_more = after_discrepancy(UNEXPLAINED, "id/model.yaml", 2, Path("verdict"), [survey, turned, holdout])
-    assert "experiment plateaus --model realistic" in once_more
+    once_more = after_discrepancy(UNEXPLAINED, "id/model.yaml", 2, Path("verdict"), [survey, decade, holdout])
+    assert "experiment reversals --model realistic" in once_more
 
 
 def test_an_antenna_is_not_held_against_itself() -> None:
@@ -101,7 +101,7 @@ def test_files_of_an_antenna_that_nothing_here_moves_move_no_other() -> None:
     for table in tables:
         table.write_text("", encoding="utf-8")
     line = after_discrepancy(UNEXPLAINED, "mine.yaml", 2, Path("verdict"), tables)
-    assert line == "gimbal-hil testable --plan reversals --model mine.yaml"
+    assert line == "gimbal-hil testable --plan plateaus --model mine.yaml"
     found = after_identify(Path("id"), tables, 2, True, ["time_s=t"])
     assert found == (
         "gimbal-hil discrepancy --model id/model.yaml --measured a.csv --measured b.csv --column time_s=t --out verdict"
