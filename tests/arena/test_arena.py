@@ -33,6 +33,7 @@ from gimbal_hil.pointing.arena import (
 from gimbal_hil.pointing.arena.arena import ArenaResult
 from gimbal_hil.pointing.arena.trial import TrialOutcome, segments_for
 from gimbal_hil.surface.cli import main
+from gimbal_hil.surface.cli.bench_pointing import ArenaChoice, pointing
 from sim_backend.model import shipped_model
 from tests.parts import heavy_but
 
@@ -149,6 +150,31 @@ def test_steps_alone_are_answered_by_who_settles_in_all_of_them() -> None:
     assert isinstance(blocks[0], Callout)
     assert blocks[0].text.startswith("cascade settles soonest on thesis: its slowest step takes 0.50 s")
     assert "Not settled in every step: shipped." in blocks[0].text and "inf" not in arena_text(found)
+
+
+def test_where_none_settles_in_all_steps_that_is_the_answer() -> None:
+    picked = chosen(shipped_scenarios(), "steps: inner")[:1]
+    never = TrialOutcome(picked[0].name, "shipped", "thesis", 1, los_rms=1e-6, overshoot=9.0, settling_s=float("inf"))
+    found = ArenaResult(tuple(picked), ("thesis",), (("outer", "inner"),), entrants(("shipped",)), 1, (never,))
+    (answer, *_) = arena_blocks(found)
+    assert isinstance(answer, Callout) and answer.text == "No controller settles in every step on thesis."
+
+
+def test_a_configuration_that_tripped_is_the_one_that_is_tuned_next(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "mine.yaml").write_text(shipped_settings_path().read_text(encoding="utf-8"))
+    files = [str(tmp_path / folder / "mine.yaml") for folder in ("a", "b")]
+
+    def tripped_in_the_second(picked: tuple, antennas: list, who: tuple, *_: object) -> ArenaResult:
+        ended = (TrialOutcome(picked[0].name, one.name, "thesis", 1, "runaway" * (one is who[1])) for one in who)
+        return ArenaResult(picked, ("thesis",), (("outer", "inner"),), who, 1, tuple(ended))
+
+    monkeypatch.setattr("gimbal_hil.pointing.arena.run_arena", tripped_in_the_second)
+    found = pointing(ArenaChoice(files, ["thesis"], ["steps: inner"], 1, 1))
+    assert found.closer.startswith(f"gimbal-hil tune --config {files[1]} --model thesis")
 
 
 def test_the_command_writes_table_page_and_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -83,10 +83,10 @@ def test_other_units_are_asked_of_the_library(said: str, si: str, size: float) -
         ("time us", "s", "us"),
         ("arm.q.deg", "rad", "deg"),
         ("Moment (N·mm)", "N m", "N·mm"),
-        # a name, a part of one, a place in a list, another quantity, and words that a library alone takes for units
         ("tau_mN_m", "N m", "mN m"),
         ("tau_N.mm", "N m", "N mm"),
         ("gyro_deg/s", "rad/s", "deg/s"),
+        # a name, a part of one, a place in a list, another quantity, and words that a library alone takes for units
         ("q_multi_turn", "rad", ""),
         ("deg", "rad", ""),
         ("q_m", "rad", ""),

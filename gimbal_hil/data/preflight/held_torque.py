@@ -52,9 +52,7 @@ def held_torques(model: AntennaModel, table: SignalsTable, axis: str) -> Iterato
     short = np.maximum(np.abs(torque - needed) - slack, 0.0)
     usual, asked = _rms(beside[outside]), _rms(torque[outside])
     at_rails = inside & _at_the_ends(table.torque(axis), model.number(axis, "actuator.limit"))
-    more = ((as_others - torque) * np.sign(torque))[at_rails]
-    clearly = max(usual, _MISSED * float(np.median(np.abs(torque[at_rails])))) if len(more) >= 4 * AROUND else np.inf
-    if len(more) >= 4 * AROUND and np.mean(more > 0.0) > _BEYOND and np.median(more) > clearly:
+    if _cut_off(torque[at_rails], as_others[at_rails], usual):
         rows = np.flatnonzero(at_rails)
         what = f"is at the end of the column's range, {len(rows)} rows in all, where the motion asks for more torque"
         yield Impossible(f"{axis}.torque", tuple(rows.tolist()), what, ColumnFault.STILL)
@@ -68,6 +66,15 @@ def held_torques(model: AntennaModel, table: SignalsTable, axis: str) -> Iterato
             f"is the same as in the rows around it, {len(rows)} rows in all, where the motion asks for another torque"
         )
         yield Impossible(f"{axis}.torque", tuple(rows.tolist()), what, ColumnFault.STILL)
+
+
+def _cut_off(torque: Floats, as_others: Floats, usual: float) -> bool:
+    """Whether rows at a rail (n,) had more torque by what the others say of their motion: most of them, and clearly."""
+    if len(torque) < 4 * AROUND:
+        return False
+    more = (as_others - torque) * np.sign(torque)
+    clearly = max(usual, _MISSED * float(np.median(np.abs(torque))))
+    return bool(np.mean(more > 0.0) > _BEYOND and np.median(more) > clearly)
 
 
 def _least_squares(columns: Floats, torque: Floats) -> Floats:

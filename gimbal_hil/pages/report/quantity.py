@@ -70,10 +70,11 @@ def between(value: float, low: float, high: float, unit: str, nominal: float | N
     ends = _ends(*scaled[1:])
     prefixed = f"{_PREFIXES[power]}{unit}"
     said = f"per {unit[2:]}" if unit.startswith("1/") else "" if unit == "1" else prefixed
-    behind = [f"{ends[0]} to {ends[1]}"] if math.isfinite(high - low) and ends[0] != ends[1] else []
+    is_told = math.isfinite(high - low) and ends[0] != ends[1]
+    behind = [f"{ends[0]} to {ends[1]}"] if is_told else []
     behind += [] if nominal is None else [f"model: {_three(nominal / 10.0**power)} {said}".rstrip()]
     mine = _three(scaled[0])
-    if math.isfinite(high - low) and ends[0] != ends[1] and not float(ends[0]) <= float(mine) <= float(ends[1]):
+    if is_told and not float(ends[0]) <= float(mine) <= float(ends[1]):
         # fewer digits than the ends have would put it beside them
         mine = f"{scaled[0]:.{len(ends[0].partition('.')[2])}f}"
     return f"{mine} {said}".rstrip() + (f" ({'; '.join(behind)})" if behind else "")

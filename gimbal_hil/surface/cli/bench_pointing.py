@@ -53,7 +53,8 @@ def pointing(choice: ArenaChoice) -> BenchFindings:
         for one in (load_scenarios(Path(words)) if words.endswith((".yaml", ".yml")) else chosen(shipped, words))
     ]
     picked = tuple({one.name: one for one in wanted}.values())
-    who, antennas = entrants(choice.controllers or available()), choice.antennas or ["thesis", CONTROL_ANTENNA]
+    named, antennas = choice.controllers or available(), choice.antennas or ["thesis", CONTROL_ANTENNA]
+    who = entrants(named)
     with ProgressBar() as bar:
         bar.begin("arena", len(picked) * len(antennas) * len(who) * choice.seeds, 0.0)
         found = run_arena(
@@ -64,11 +65,10 @@ def pointing(choice: ArenaChoice) -> BenchFindings:
     # of the files that were compared the last, which `tune` names last too
     config = next((Path(name) for name in reversed(choice.controllers) if Path(name).is_file()), None)
     tripped = next((row for row in figures if row["problem"]), None)
-    # an entrant is called without its folder and ending
-    words = {Path(name).stem: name for name in choice.controllers or ()}
+    # an entrant of a file is called without its folder and ending
+    asked = {one.name: word for one, word in zip(who, named, strict=True)}
     closer = tripped and closer_to_trip(
-        words.get(str(tripped["controller"]), str(tripped["controller"])),
-        *(str(tripped[key]) for key in ("antenna", "scenario")),
+        asked[str(tripped["controller"])], *(str(tripped[key]) for key in ("antenna", "scenario"))
     )
     blocks = arena_blocks(found)
     return BenchFindings(choice.words(), arena_text(found), figures, blocks, config=config, closer=closer or "")

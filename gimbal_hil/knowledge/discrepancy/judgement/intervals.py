@@ -158,13 +158,13 @@ def strengths_to_their_end(inquiry: Inquiry, state: State, index: int) -> tuple[
     numbers of the model it is not asked: all of them are strengths there, also the speed of a bump.
     """
     causes = state.hypothesis.causes
-    family, first = causes[index].family, sum(len(cause.x) for cause in causes[:index])
-    strengths = {parameter.name for parameter in CATALOGUE[family.effect].strengths}
-    if CATALOGUE[family.effect].is_number:
+    cause, effect = causes[index], CATALOGUE[causes[index].family.effect]
+    if effect.is_number:
         return ()
-    reaches = _REACH * np.sqrt(np.maximum(np.diag(covariance(inquiry, state)), 0.0))[first:]
-    found = []
-    for knob, x, reach in zip(family.knobs, causes[index].x, reaches, strict=False):
+    first = sum(len(other.x) for other in causes[:index])
+    variances = np.diag(covariance(inquiry, state))[first : first + len(cause.x)]
+    strengths, found = {parameter.name for parameter in effect.strengths}, []
+    for knob, x, reach in zip(cause.family.knobs, cause.x, _REACH * np.sqrt(np.maximum(variances, 0.0)), strict=True):
         ends = [end for end in knob.telling_ends if knob.move is not Move.ADD or end != knob.nothing]
         if any(abs(x - end) <= reach for end in ends):
             found += [name for name in knob.parameters if name in strengths]

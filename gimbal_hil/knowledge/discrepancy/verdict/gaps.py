@@ -11,10 +11,11 @@ from gimbal_hil.knowledge.discrepancy.hypotheses import noise_of_motion, torque_
 from gimbal_hil.knowledge.discrepancy.inquiry import BLOCK_S, DRAWS, LEAST_GAP, Inquiry, State
 from gimbal_hil.knowledge.discrepancy.judgement import Result
 from gimbal_hil.knowledge.discrepancy.twin import Floats
-from gimbal_hil.knowledge.estimation import block_sums
 
 #: the gap over its floor below which a share means nothing
 _A_GAP = 1.1
+#: ends of an interval of 90 %
+_ENDS = (0.05, 0.95)
 #: a floor is another than the one that was computed from this share of it down
 _LOWER = 0.99
 
@@ -106,23 +107,28 @@ def gaps_of(result: Result) -> tuple[Gap, ...]:
 
 def _closed(before: Floats, after: Floats, length: int) -> tuple[float, float, float]:
     """Closed share of the gap and its 90 % block-bootstrap interval; squares in floors."""
-    length = min(length, max(1, len(before) // 4))
-    b, a = block_sums(before, length) / length, block_sums(after, length) / length
-    draws = np.random.default_rng(2).integers(0, len(b), (DRAWS, len(b)))
 
     def share(x: Floats, y: Floats) -> Floats:
         return np.asarray(1.0 - (y - 1.0) / np.maximum(x - 1.0, 1e-9))
 
-    low, high = np.quantile(share(b[draws].mean(axis=1), a[draws].mean(axis=1)), [0.05, 0.95])
+    low, high = np.quantile(share(*_drawn_again((before, after), length)), _ENDS)
     whole = float(share(np.asarray(before.mean()), np.asarray(after.mean())))
     return min(1.0, whole), min(1.0, float(low)), min(1.0, float(high))
 
 
 def _rms_within(squares: Floats, length: int) -> tuple[float, float]:
     """90 % block-bootstrap interval of the rms of what is left, the rms of all rows in it; squares in floors."""
-    blocks = np.array_split(squares, min(len(squares), max(4, len(squares) // length)))
-    means = np.array([block.mean() for block in blocks])
-    draws = np.random.default_rng(2).integers(0, len(means), (DRAWS, len(means)))
-    low, high = np.quantile(means[draws].mean(axis=1), [0.05, 0.95])
-    whole = float(squares.mean())
+    (drawn,), whole = _drawn_again((squares,), length), float(squares.mean())
+    low, high = np.quantile(drawn, _ENDS)
     return float(np.sqrt(min(low, whole))), float(np.sqrt(max(high, whole)))
+
+
+def _drawn_again(columns: Sequence[Floats], length: int) -> list[Floats]:
+    """Means (draws,) of columns of one length (n,) each, their blocks drawn again, the same ones of each. No row is
+    left over: a few of them may hold all of a gap.
+    """
+    rows = len(columns[0])
+    blocks = max(rows // length, min(4, rows))
+    draws = np.random.default_rng(2).integers(0, blocks, (DRAWS, blocks))
+    means = (np.array([block.mean() for block in np.array_split(one, blocks)]) for one in columns)
+    return [one[draws].mean(axis=1) for one in means]

@@ -57,9 +57,8 @@ def headline(effect: Json, brief: bool = False) -> str:
         moved = {name: number for name, number in moved.items() if _shows(number)} or moved
         # nor does one that the model lacks and that is nothing within its interval
         moved = {name: number for name, number in moved.items() if not _is_nothing(number)} or moved
-        those = [item for n, item in enumerate(moved.items()) if n < (1 if brief else _NUMBERS) or _is_order(item[1])][
-            :_NUMBERS
-        ]
+        items, most = list(moved.items()), 1 if brief else _NUMBERS
+        those = [*items[:most], *(item for item in items[most:] if _is_order(item[1]))][:_NUMBERS]
         told.append(", ".join(_number(*item, n == 0) for n, item in enumerate(those)))
     told = [one for one in told if one] or ["its numbers are not known"]
     where = at_first(name_of(effect["name"], effect["axis"]))
