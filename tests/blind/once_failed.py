@@ -3,8 +3,9 @@
     python -m tests.blind.once_failed FOLDER --seed N --rows 'null*'
 
 Each row is drawn from the seed and its name as the bench draws, and the shipped command is told the written files
-alone. Rows whose logs are spoiled (degrees, mirrored and swapped axes) are to be refused by name. What has been asked
-stays in FOLDER; `--table` only prints what is there.
+alone. Rows whose logs are spoiled (degrees, mirrored and swapped axes) are to be refused by name. A lag is drawn once
+and asked twice, with a model that is right and with one whose other axis has its centre of gravity one standard
+deviation off: the answer is to be the same. What has been asked stays in FOLDER; `--table` only prints what is there.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
+import yaml
 
 from tests.blind.answer import VERDICT_FILE, answer_of
 from tests.blind.draw import Wrong
@@ -33,15 +35,25 @@ from tests.blind.score import outcome
 
 Columns = dict[str, np.ndarray]
 LIMIT_S = 900
+#: what the shipped model says of its inner centre of gravity: 0.1 % of its distance from the axis
+ONE_SIGMA_M = 2.2e-5
 
 
 @dataclass(frozen=True)
 class Row:
-    """One case: how it is drawn, how its logs are spoiled (None: not at all), and a word that a refusal must have."""
+    """One case: how it is drawn, how its logs are spoiled (None: not at all), a word that a refusal must have, and how
+    far the model's inner centre of gravity is off, m.
+    """
 
     job: Job
     spoil: Callable[[Columns], Columns] | None = None
     said: str = ""
+    off_m: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """The case's, and whether its model is off: both are the same draw."""
+        return f"{self.job.name}.other_axis_off" if self.off_m else self.job.name
 
 
 def _in_degrees(columns: Columns) -> Columns:
@@ -87,6 +99,14 @@ def rows() -> Iterator[Row]:
         yield Row(Job(f"five_numbers_off.{k}", far, Stated.CAD if k % 2 else Stated.NOTHING))
     for k in range(9):
         yield Row(Job(f"three_at_once.{k}", {"apart": True, "count": 3}))
+    for k in range(4):
+        lag = Job(f"lag.{k}", {"names": ["actuator_lag"], "axis": "outer", "magnitude": 5.0})
+        yield Row(lag)
+        yield Row(lag, off_m=ONE_SIGMA_M)
+        telegraph = {"names": ["friction_switching"], "axis": "outer", "outside_cause": True}
+        yield Row(Job(f"friction_that_jumps.{k}", telegraph))
+        three = {"names": ["static_unbalance", "gyro_misalignment", "saturation"], "axis": "inner"}
+        yield Row(Job(f"unbalance_gyro_and_limit.{k}", three))
     # dynamic unbalance shows on a moving base only, so that one is drawn
     still: dict[str, Any] = {"names": []}
     moving: dict[str, Any] = {"names": ["dynamic_unbalance"], "axis": "inner", "magnitude": 1.5}
@@ -97,6 +117,15 @@ def rows() -> Iterator[Row]:
         yield Row(Job(f"base_in_degrees.{k}", moving), _base_in_degrees, "degrees")
 
 
+def _moved(file: Path, by_m: float) -> None:
+    """A model file with its inner centre of gravity elsewhere, along and across the axis."""
+    document = yaml.safe_load(file.read_text(encoding="utf-8"))
+    cog = document["axes"]["inner"]["body"]["cog"]
+    for along in "xz":
+        cog[along]["value"] += by_m
+    file.write_text(yaml.safe_dump(document), encoding="utf-8")
+
+
 def ask(row: Row, seed: int, folder: Path) -> dict[str, Any]:
     """What the command says of a row's files."""
     if not (folder / TRUTH_FILE).exists():
@@ -105,6 +134,8 @@ def ask(row: Row, seed: int, folder: Path) -> dict[str, Any]:
             if row.spoil is not None:
                 table = pq.read_table(path)
                 write_log(row.spoil({name: table[name].to_numpy() for name in table.column_names}), path)
+        if row.off_m:
+            _moved(folder / "data" / "model.yaml", row.off_m)
     verdict, seconds = answer_of(folder / "data", folder / "out", LIMIT_S, None)
     verdict["seconds"] = seconds["cpu"]
     (folder / VERDICT_FILE).write_text(json.dumps(verdict, indent=1), encoding="utf-8")
@@ -125,7 +156,7 @@ def line_of(row: Row, folder: Path) -> str:
         told = ", ".join(f"{one['name']}@{one['axis']}{mark}" for one, mark in marks)
         said = f"`{verdict['verdict']}` {told}".rstrip()
         right = outcome(truth, verdict).value
-    return f"| {row.job.name} | {hidden} | {said} | {right} | {verdict['seconds']:.0f} |"
+    return f"| {row.name} | {hidden} | {said} | {right} | {verdict['seconds']:.0f} |"
 
 
 def main() -> None:
@@ -138,8 +169,8 @@ def main() -> None:
     chosen = parser.parse_args()
     print("| row | hidden | said | that is | processor, s |\n|---|---|---|---|---|")
     for row in rows():
-        folder = chosen.folder / row.job.name
-        if not fnmatch(row.job.name, chosen.rows):
+        folder = chosen.folder / row.name
+        if not fnmatch(row.name, chosen.rows):
             continue
         if not chosen.table and not (folder / VERDICT_FILE).exists():
             ask(row, chosen.seed, folder)

@@ -7,6 +7,9 @@ from pathlib import Path
 import pytest
 
 from tests.rigs import drawn, turret, worn
+from tests.rigs.outcome import Outcome, outcome
+from tests.rigs.planted import rows as planted_rows
+from tests.rigs.told import ask
 
 
 @pytest.mark.heavy
@@ -35,6 +38,16 @@ def test_two_causes_that_act_against_each_other_in_half_of_the_data_are_found_to
     assert "coulomb" in named and "static_unbalance" in told
     # what a ripple of one turn is called
     assert told <= {"coulomb", "static_unbalance", "cogging", "cable_spring", "presliding", "stribeck"}
+
+
+@pytest.mark.heavy
+def test_a_gain_beside_a_payload_of_which_neither_explains_much_alone_is_told(tmp_path: Path) -> None:
+    # 181 floors; the weight leaves 155, the gain more, both two, and nothing was told (record 0319)
+    name, planted, write = next(
+        row for row in planted_rows(tmp_path, 51, 17, ()) if row[0].startswith("joint 51-16 torque_gain x 0.5")
+    )
+    how, why = outcome(ask(write(), tmp_path / "out"), planted)
+    assert how is Outcome.RIGHT, (name, why)
 
 
 @pytest.mark.heavy

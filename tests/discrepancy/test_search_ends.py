@@ -10,7 +10,7 @@ import pytest
 
 from gimbal_hil.knowledge.discrepancy import run
 from gimbal_hil.knowledge.discrepancy.hypotheses import Hypothesis, KnownNumber
-from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Policy, stands_out
+from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Policy, rms, stands_out
 from gimbal_hil.knowledge.discrepancy.inquiry import inquiry as inquiry_module
 from gimbal_hil.knowledge.discrepancy.search import Path, candidates, search, stories
 from gimbal_hil.knowledge.executor import open_executor
@@ -159,3 +159,60 @@ def test_noise_that_a_larger_inertia_makes_is_no_gap_to_what_smooths_it(
     more = SimpleNamespace(labels=(inertia, (effect, "outer")))
     best: Any = SimpleNamespace(left=lambda: np.array([1.0]), hypothesis=more)
     assert stands_out(inquiry, state) and stands_out(inquiry, state, best) is stands
+
+
+@pytest.mark.parametrize(
+    ("fitted", "selecting", "is_all"),
+    [
+        # no gap
+        ((1.2,), (1.4,), True),
+        # two floors of two hundred, in both halves
+        ((2.1,), (2.3,), True),
+        # a twentieth of the squares: a further cause could be there
+        ((45.0,), (2.0,), False),
+        # one of the halves keeps what it had
+        ((2.0,), (180.0,), False),
+    ],
+)
+def test_two_causes_at_once_explain_as_good_as_all_of_both_halves(
+    fitted: tuple[float, ...], selecting: tuple[float, ...], is_all: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def state(fitted: tuple[float, ...], selecting: tuple[float, ...]) -> Any:
+        rows = SimpleNamespace(fitted=np.full((4, 1), fitted), selecting=np.full((4, 1), selecting))
+        rows.left = lambda: np.maximum(rms(rows.fitted), rms(rows.selecting))
+        return rows
+
+    inquiry: Any = SimpleNamespace(policy=Policy(), inexact=0.0)
+    assert search._as_good_as_all(inquiry, state((200.0,), (190.0,)), state(fitted, selecting)) is is_all
+
+
+def test_what_pays_beside_more_causes_is_not_asked_again_beside_fewer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of four causes the second and the last do not pay; without the last, which takes least, the second does."""
+
+    def state(*causes: str) -> Any:
+        hypothesis = SimpleNamespace(causes=causes, minus=lambda i: (*causes[:i], *causes[i + 1 :]))
+        return SimpleNamespace(hypothesis=hypothesis)
+
+    asked: list[tuple[str, str]] = []
+
+    def refitted(inquiry: Any, beside: Any, causes: tuple[str, ...]) -> Any:
+        gone = next(one for one in beside.hypothesis.causes if one not in causes)
+        asked.append(("".join(beside.hypothesis.causes), gone))
+        return state(*causes)
+
+    def pays(inquiry: Any, without: Any, whole: Any) -> bool:
+        gone = next(one for one in whole.hypothesis.causes if one not in without.hypothesis.causes)
+        return gone in "ac" or (gone == "b" and "d" not in whole.hypothesis.causes)
+
+    def gain(inquiry: Any, without: Any, whole: Any, part: str) -> Any:
+        gone = next(one for one in whole.hypothesis.causes if one not in without.hypothesis.causes)
+        return SimpleNamespace(mean={"b": 2.0, "d": 1.0}[gone])
+
+    monkeypatch.setattr(search, "refitted", refitted)
+    monkeypatch.setattr(search, "pays", pays)
+    monkeypatch.setattr(search, "gain_on", gain)
+    inquiry: Any = SimpleNamespace()
+    kept, without = search.pruned(inquiry, state("a", "b", "c", "d"))
+    assert kept.hypothesis.causes == ("a", "b", "c")
+    assert asked == [("abcd", "a"), ("abcd", "b"), ("abcd", "c"), ("abcd", "d"), ("abc", "b")]
+    assert {index: one.hypothesis.causes for index, one in without.items()} == {1: ("a", "c")}

@@ -8,12 +8,21 @@ without it, on rows of the hold-out that select, in units of the remainder, with
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import Cause, Hypothesis, at_bound, plainer_of
-from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State, gain_on, refitted, stands_out, weighing_of
+from gimbal_hil.knowledge.discrepancy.inquiry import (
+    Inquiry,
+    State,
+    gain_on,
+    mean_squares,
+    refitted,
+    stands_out,
+    weighing_of,
+)
 from gimbal_hil.knowledge.discrepancy.search.candidates import ASKED, candidates, numbers_of
 from gimbal_hil.knowledge.discrepancy.search.comparing import clearly_better, no_worse, surely
 from gimbal_hil.knowledge.discrepancy.search.curve import curve_does_as_well
@@ -114,17 +123,28 @@ def _is_no_chance(inquiry: Inquiry, before: State, after: State, controls: dict[
 
 def _two_at_once(inquiry: Inquiry, path: Path, tried: list[State]) -> Path:
     """The state with two causes of which neither pays alone, since in a part of the data they act against each other,
-    if both together leave no gap; or the same state.
+    if both together explain as good as all that is left; or the same state.
     """
     before = path.state
     for first in tried[:_FIRST_OF_TWO]:
         both = candidates(inquiry, first, path.heard)
         path = replace(path, rounds=(*path.rounds, Round(first, tuple(both), {})))
-        for state in _sound(inquiry, first, [s for s in both[:ASKED] if not stands_out(inquiry, s)]):
+        for state in _sound(inquiry, first, [s for s in both[:ASKED] if _as_good_as_all(inquiry, before, s)]):
             control = control_share(inquiry, first, state.hypothesis.causes[-1])
             if pays(inquiry, first, state, control) and pays(inquiry, before, state):
                 return replace(path, state=refitted(inquiry, before, state.hypothesis))
     return path
+
+
+def _as_good_as_all(inquiry: Inquiry, before: State, after: State) -> bool:
+    """Whether what is new in a state leaves no gap, or of each part less than a further cause would have to take."""
+    if not stands_out(inquiry, after):
+        return True
+    gaps = [
+        [float(np.sum(np.maximum(mean_squares(rows) - 1.0, 0.0))) for rows in (state.fitted, state.selecting)]
+        for state in (before, after)
+    ]
+    return all(left < inquiry.policy.least_share * was for was, left in zip(*gaps, strict=True))
 
 
 def _rather_plainer(inquiry: Inquiry, path: Path, found: State, plain: list[tuple[State, tuple[str, str]]]) -> State:
@@ -258,10 +278,10 @@ def control_share(inquiry: Inquiry, before: State, cause: Cause) -> float:
     return gain * weighing.spread**2 / len(before.fitted)
 
 
-def slots_again(inquiry: Inquiry, path: Path, without_each: tuple[State, ...]) -> Path:
+def slots_again(inquiry: Inquiry, path: Path, without_each: Mapping[int, State]) -> Path:
     """Replace each cause by a better one given the others; the only one was found beside nothing else.
 
-    `without_each` are the states without one of the causes, each refitted.
+    `without_each` are the states without one of the causes, refitted, where they are known.
     """
     began = path.state
     for index in range(len(began.hypothesis.causes)):
@@ -269,8 +289,8 @@ def slots_again(inquiry: Inquiry, path: Path, without_each: tuple[State, ...]) -
         if len(set(state.hypothesis.labels)) == 1 or state.hypothesis.labels.count(state.hypothesis.labels[index]) > 1:
             # entries of one ripple do not stand in each other's place
             continue
-        same = state is began
-        without = without_each[index] if same else refitted(inquiry, state, state.hypothesis.minus(index))
+        without = without_each.get(index) if state is began else None
+        without = without or refitted(inquiry, state, state.hypothesis.minus(index))
         tried = candidates(inquiry, without, path.heard, state)
         path = replace(path, rounds=(*path.rounds, Round(without, tuple(tried), {})))
         tried = _sound(inquiry, without, tried)
@@ -280,21 +300,22 @@ def slots_again(inquiry: Inquiry, path: Path, without_each: tuple[State, ...]) -
     return path
 
 
-def pruned(inquiry: Inquiry, state: State) -> tuple[State, tuple[State, ...]]:
-    """Drop every cause that does not pay beside the others, the least first; answers what stays, and the states without
-    one of its causes.
+def pruned(inquiry: Inquiry, state: State) -> tuple[State, dict[int, State]]:
+    """Drop every cause that does not pay beside the others, the least first; answers what stays, and by index the
+    states without one of its causes that were looked at last. What pays beside more causes pays beside fewer.
     """
+    asked: Collection[int] = range(len(state.hypothesis.causes))
     while True:
-        hypothesis = state.hypothesis
-        without = tuple(refitted(inquiry, state, hypothesis.minus(i)) for i in range(len(hypothesis.causes)))
-        losses = [
-            (gain_on(inquiry, one, state, "fitted").mean, index)
-            for index, one in enumerate(without)
+        without = {i: refitted(inquiry, state, state.hypothesis.minus(i)) for i in asked}
+        losses = {
+            i: gain_on(inquiry, one, state, "fitted").mean
+            for i, one in without.items()
             if not pays(inquiry, one, state)
-        ]
+        }
         if not losses:
             return state, without
-        state = without[min(losses)[1]]
+        least = min(losses, key=lambda i: losses[i])
+        state, asked = without[least], [i - (i > least) for i in losses if i != least]
 
 
 def _causes(hypothesis: Hypothesis) -> int:
