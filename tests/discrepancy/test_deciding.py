@@ -71,6 +71,9 @@ def test_what_is_no_gap_says_nothing_against_what_closed_one() -> None:
     # by itself or as a member of a set: another variable predicts all of what is left, or nothing does
     for left in (Remainder(7.0, 1.4, Predictable(0.9, 0.0)), Remainder(3.0, 1.45, _NOTHING)):
         assert probability(replace(predictable, share=0.3, takes=np.array([0.5])), left) > 0.9
+    # of a gap of 1.6 floors a bristle closed a third, and its own variables predict as much of what is left
+    hardly = replace(SOUND, share=0.37, takes=np.array([0.81]), exhausted=Predictable(0.6, 0.0))
+    assert probability(hardly, Remainder(1.59, 1.25, _NOTHING)) < 0.6
     assert probability(predictable, Remainder(12.0, 1.6, _NOTHING)) < 0.5
 
 

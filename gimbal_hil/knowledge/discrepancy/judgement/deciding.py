@@ -338,8 +338,11 @@ def class_probability(
         shape = 1.0 / (1.0 + (standing.exhausted.beyond * min(1.0, much) / (2.0 * policy.exhausted)) ** 3)
         missing, unknown_rms = left.predictable.beyond, left.unpredicted
     else:
-        # what is no gap says nothing against what closed it
-        shape, missing, unknown_rms = 1.0, 0.0, 0.0
+        # what is no gap says nothing against what closed one, unless a cause's own variables predict as much of it as
+        # was closed
+        closed = max(left.before**2 - left.after**2, 1e-9)
+        shape = 1.0 / (1.0 + (standing.exhausted.beyond * left.after**2 / closed) ** 4)
+        missing, unknown_rms = 0.0, 0.0
     steady = 1.0 / (1.0 + (standing.uneven / policy.uneven) ** 4)
     # even odds where the interval of its strength just holds nothing; and of what causes that undo each other leave
     # over, much is no more than a twin is exact to
