@@ -290,7 +290,9 @@ def _leaves(*floors: float) -> Any:
 def test_a_state_is_better_by_what_is_left_of_each_channel(
     new: tuple[float, float], old: tuple[float, float], better: bool
 ) -> None:
-    inquiry: Any = SimpleNamespace(split=lambda rows: [rows], split_held=lambda rows, selecting: [rows])
+    inquiry: Any = SimpleNamespace(
+        policy=Policy(), split=lambda rows: [rows], split_held=lambda rows, selecting: [rows]
+    )
     assert clearly_better(inquiry, _leaves(*new), _leaves(*old)) is better
 
 

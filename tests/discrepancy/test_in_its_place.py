@@ -69,7 +69,8 @@ def _asked(monkeypatch: pytest.MonkeyPatch, gap_elsewhere: float, tried: frozens
         "_IN_PLACE": 1,
     }.items():
         monkeypatch.setattr(candidates, name, stand_in)
-    inquiry: Any = SimpleNamespace(families=(_Family(LAG), _Family(CENTRE), _Family(DELAY)))
+    twin = SimpleNamespace(model=None)
+    inquiry: Any = SimpleNamespace(families=(_Family(LAG), _Family(CENTRE), _Family(DELAY)), twin=twin)
     candidates.candidates(inquiry, without, (), delay, tried)
     return screened, fitted
 

@@ -14,6 +14,7 @@ from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Policy, rms, stand
 from gimbal_hil.knowledge.discrepancy.inquiry import inquiry as inquiry_module
 from gimbal_hil.knowledge.discrepancy.search import Path, candidates, search, stories
 from gimbal_hil.knowledge.executor import open_executor
+from sim_backend.model import shipped_model
 
 
 @pytest.mark.parametrize("still_pays", [False, True])
@@ -216,3 +217,22 @@ def test_what_pays_beside_more_causes_is_not_asked_again_beside_fewer(monkeypatc
     assert kept.hypothesis.causes == ("a", "b", "c")
     assert asked == [("abcd", "a"), ("abcd", "b"), ("abcd", "c"), ("abcd", "d"), ("abc", "b")]
     assert {index: one.hypothesis.causes for index, one in without.items()} == {1: ("a", "c")}
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "effect", "axis", "anew"),
+    [
+        (0.0, "coulomb", "outer", True),
+        # of another law, on another axis, and beside bristles that the model has
+        (0.0, "inertia", "outer", False),
+        (0.0, "coulomb", "inner", False),
+        (238.88, "coulomb", "outer", False),
+    ],
+)
+def test_friction_is_heard_anew_beside_bristles_that_the_model_lacks(
+    stiffness: float, effect: str, axis: str, anew: bool
+) -> None:
+    model = shipped_model().with_number("outer", "friction.sigma0", stiffness, "test")
+    bristles: Any = SimpleNamespace(causes=[SimpleNamespace(family=SimpleNamespace(effect="presliding", axis="outer"))])
+    family: Any = SimpleNamespace(effect=effect, axis=axis)
+    assert candidates._acts_otherwise(model, bristles, family) is anew

@@ -111,4 +111,4 @@ def test_a_law_beside_names_that_leave_the_floor_is_no_better(
         cast(State, SimpleNamespace(fitted=np.full((4, 1), floors), left=lambda floors=floors: np.array([floors])))
         for floors in (named, laws)
     )
-    assert _better(cast(Inquiry, None), one, other) is better
+    assert _better(cast(Inquiry, SimpleNamespace(policy=Policy())), one, other) is better

@@ -16,7 +16,16 @@ from gimbal_hil.knowledge.discrepancy.inquiry.inquiry import (
     surely_less,
     weighing_of,
 )
-from gimbal_hil.knowledge.discrepancy.inquiry.policy import BLOCK_S, DRAWS, LEAST_GAP, MOST_CAUSES, MOST_ENTRIES, Policy
+from gimbal_hil.knowledge.discrepancy.inquiry.policy import (
+    BLOCK_S,
+    DRAWS,
+    INTERVAL,
+    LEAST_GAP,
+    MOST_CAUSES,
+    MOST_ENTRIES,
+    NEARLY_ALL,
+    Policy,
+)
 from gimbal_hil.knowledge.discrepancy.inquiry.preflight import LEAST_S, band_within, check_logs
 from gimbal_hil.knowledge.discrepancy.inquiry.prepare import (
     Noise,
@@ -32,10 +41,12 @@ from gimbal_hil.knowledge.discrepancy.inquiry.yardstick import without_candidate
 __all__ = [
     "BLOCK_S",
     "DRAWS",
+    "INTERVAL",
     "LEAST_GAP",
     "LEAST_S",
     "MOST_CAUSES",
     "MOST_ENTRIES",
+    "NEARLY_ALL",
     "PARTS",
     "Inquiry",
     "Noise",

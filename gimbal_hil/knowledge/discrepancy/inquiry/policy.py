@@ -42,6 +42,10 @@ class Policy:
     alone: float = 0.95
 
 
+#: share of what there is from which on it is nearly all of it
+NEARLY_ALL = 0.85
+#: ends of an interval of 90 %
+INTERVAL = (0.05, 0.95)
 #: length of the blocks by which what is told of a gap is drawn again, s, and how often
 BLOCK_S, DRAWS = 1.0, 300
 #: causes of one verdict, the entries of one ripple counted once; entries of one ripple

@@ -6,8 +6,9 @@ from __future__ import annotations
 
 from gimbal_hil.knowledge.discrepancy.inquiry import MOST_CAUSES, Inquiry, State, refitted, settled, stands_out
 from gimbal_hil.knowledge.discrepancy.judgement.judging import Standing
-from gimbal_hil.knowledge.discrepancy.judgement.rivals import OUT_OF_REACH, Rival
+from gimbal_hil.knowledge.discrepancy.judgement.rivals import Rival
 from gimbal_hil.knowledge.discrepancy.search import (
+    OUT_OF_REACH,
     Path,
     clearly_better,
     extended,

@@ -22,6 +22,7 @@ from gimbal_hil.knowledge.discrepancy.inquiry import (
     weighing_of,
 )
 from gimbal_hil.knowledge.discrepancy.search import (
+    OUT_OF_REACH,
     Path,
     basis_of,
     extended,
@@ -30,10 +31,6 @@ from gimbal_hil.knowledge.discrepancy.search import (
     same_to_a_twin,
 )
 from gimbal_hil.knowledge.discrepancy.twin import Floats
-
-#: a rival that, by its slopes where it stands, would leave more squares than this times those of the explanation comes
-#: nowhere near it
-OUT_OF_REACH = 2.0
 
 
 @dataclass(frozen=True)
@@ -162,4 +159,4 @@ def _rival(
     return replace(found, at_bound=bound, plainer=plainer_of(inquiry.twin, other.hypothesis, newest))
 
 
-__all__ = ["OUT_OF_REACH", "Rival", "rivals_of"]
+__all__ = ["Rival", "rivals_of"]

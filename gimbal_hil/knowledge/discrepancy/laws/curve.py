@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from firmware_protocol.json_object import Json
-from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry
+from gimbal_hil.knowledge.discrepancy.inquiry import INTERVAL, Inquiry
 from gimbal_hil.knowledge.discrepancy.laws.knots import (
     Factor,
     Knots,
@@ -34,18 +34,19 @@ FEW = 12
 #: those that draw nearly whatever there is
 _MANY = 42
 #: and those of a straight line
-_STRAIGHT = (2,)
+STRAIGHT = (2,)
 #: more knots must leave less by this share, or by so many squared floors
 _LESS, _FLOORS = 0.05, 0.1
 #: how often knots are put where it bends; factors by which a memory is first and last moved, fewest knots meanwhile
 _SHARPER, _FIRST_STEP, _LAST_STEP, _FEWEST = 2, 1.6, 1.02, 7
 #: rows that a value at a knot must have
 _ROWS_PER_VALUE = 8
-#: draws of the blocks for a band, and its ends
-_DRAWS, _BAND = 60, (0.05, 0.95)
+#: draws of the blocks for a band
+_DRAWS = 60
 #: places at which a line is drawn
 _DRAWN_AT = 240
-_DIGITS = 6
+#: digits of a number in a model file
+DIGITS = 6
 SOURCE = "described by gimbal-hil discrepancy"
 
 
@@ -132,7 +133,7 @@ def _listed(curve: Curve, values: Floats) -> list[float] | list[list[float]]:
 
 
 def _rounded(values: Iterable[float]) -> list[float]:
-    return [float(f"{value:.{_DIGITS}g}") for value in values]
+    return [float(f"{value:.{DIGITS}g}") for value in values]
 
 
 @dataclass(frozen=True)
@@ -210,7 +211,7 @@ def sharpened(inquiry: Inquiry, straight: Straight, one: Tried) -> Tried:
         return one
     if one.seen.shape.has_memory:
         # memory and curve make up for each other: where a straight line will do, the memory is the law
-        line = tried(inquiry, straight, one.seen, _STRAIGHT)
+        line = tried(inquiry, straight, one.seen, STRAIGHT)
         line = None if line is None else _remembered(inquiry, straight, line)
         if line is not None and line.leaves <= _enough(one.leaves):
             return line
@@ -249,7 +250,7 @@ def _the_same(inquiry: Inquiry, straight: Straight, one: Tried, seen: RangeSeen)
     """A curve, surface or product once more, over another memory."""
     if one.factor is None:
         count = len(one.knots[0])
-        return tried(inquiry, straight, seen, _STRAIGHT if (count,) == _STRAIGHT else (max(_FEWEST, count),))
+        return tried(inquiry, straight, seen, STRAIGHT if (count,) == STRAIGHT else (max(_FEWEST, count),))
     mine = next(k for k, over in enumerate(seen.shape.over) if over not in WITH_MEMORY)
     given = one.factor if one.factor.which == mine else _turned(inquiry, straight, one)
     return _times_another(inquiry, straight, seen, one.knots[mine], given, len(one.knots[1 - mine]))
@@ -338,7 +339,7 @@ def curve_from(inquiry: Inquiry, straight: Straight, one: Tried) -> Curve:
     normals = straight.normals(one.columns, channel, one.bends)
     values = one.spread(straight.solved(normals).values)
     drawn = np.array([one.spread(straight.solved(normals, times).values) for times in _drawn(len(normals))])
-    low, high = np.quantile(drawn, _BAND, axis=0)
+    low, high = np.quantile(drawn, INTERVAL, axis=0)
     return Curve(one.seen.shape, one.knots, values, np.minimum(low, values), np.maximum(high, values))
 
 

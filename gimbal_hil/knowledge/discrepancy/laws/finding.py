@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State, refitted, rms, surely_less
+from gimbal_hil.knowledge.discrepancy.inquiry import NEARLY_ALL, Inquiry, State, refitted, rms, surely_less
 from gimbal_hil.knowledge.discrepancy.laws.curve import (
     COUNTS,
     FEW,
+    STRAIGHT,
     Curve,
     Tried,
     channel_of,
@@ -35,15 +36,12 @@ from sim_backend.model import AntennaModel, Over
 _MOST_LAWS, _CLOSE, _CROSSED = 3, 4, 2
 #: a plainer shape is taken that leaves no more than so many times what the best one does, and so many squared floors
 _AS_GOOD, _FLOORS = 1.15, 0.15
-#: two variables are looked at where none alone leaves less squares than this, of which they must take this share
-_BOTH, _WORTH = 2.25, 0.4
-#: shifts of the negative controls; standard errors by which a law must pay, or the share of the untouched half's
-#: squares above the floor
-_SHIFTS, _SURE, _NEARLY_ALL = (0.13, 0.31, 0.57, 0.79), 3.0, 0.85
+#: where one variable alone leaves a gap, two must take this share of it
+_WORTH = 0.4
+#: shifts of the negative controls
+_SHIFTS = (0.13, 0.31, 0.57, 0.79)
 #: share of the squares above the floor that laws must close on the untouched half, in each channel that had a gap
 _CLOSED = 0.9
-#: knots of a straight line
-_STRAIGHT = (2,)
 
 
 @dataclass(frozen=True)
@@ -98,7 +96,7 @@ def _better(inquiry: Inquiry, named: State, found: State) -> bool:
     """
     was, now = (max(float(np.max(one.left())) ** 2 - 1.0, 0.0) for one in (named, found))
     unit = np.asarray(np.mean(named.fitted**2, axis=0))
-    return surely_less(inquiry, named, found, unit) > _SURE or now < (1.0 - _NEARLY_ALL) * was
+    return surely_less(inquiry, named, found, unit) > inquiry.policy.anew or now < (1.0 - NEARLY_ALL) * was
 
 
 def _explains(null: State, found: Described) -> bool:
@@ -135,7 +133,7 @@ def _asked(inquiry: Inquiry, null: State, found: Described, straight: Straight, 
     control = control_of(straight, best, channel, _SHIFTS)
     inquiry.tell(f"a law of {best.seen.shape.text} takes {1.0 - now / max(was, 1e-9):.0%}")
     policy = inquiry.policy
-    sure = surely > _SURE or was - now > _NEARLY_ALL * (was - 1.0)
+    sure = surely > inquiry.policy.anew or was - now > NEARLY_ALL * (was - 1.0)
     if not sure or control > policy.control * (was - now) or was - now < policy.least_squares:
         return None
     before = float(np.mean(null.untouched[:, channel] ** 2))
@@ -194,7 +192,7 @@ def _best(null: State, lacking: NDArray[np.bool_], found: Described, straight: S
     # stretches say of others
     exact = inquiry.policy.same * float(null.left()[worst])
     own = min([least, *(leaves_of_its_own(inquiry, straight, one.seen) for one in closely)])
-    if own > max(_BOTH, exact**2):
+    if own > max(inquiry.policy.least_gap, exact) ** 2:
         first = sorted(closely, key=lambda one: one.leaves)[:_CROSSED]
         if any(one.seen.shape.over == (Over.RATE,) for one in first):
             # the same as friction over speed, which others may have a part in
@@ -207,7 +205,7 @@ def _best(null: State, lacking: NDArray[np.bool_], found: Described, straight: S
             yield sharpened(inquiry, straight, _plainest([*closely, *two]))
     best = _plainest(closely)
     if best.seen.shape.has_a_name_straight:
-        line = tried(inquiry, straight, best.seen, _STRAIGHT)
+        line = tried(inquiry, straight, best.seen, STRAIGHT)
         if line is not None and line.leaves <= _AS_GOOD * best.leaves + _FLOORS:
             # what a straight line says is an offset, a spring, a viscosity, a gain: no law
             return

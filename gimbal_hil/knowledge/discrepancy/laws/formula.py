@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from firmware_protocol.documents import LARGEST_NUMBER
+from gimbal_hil.knowledge.discrepancy.inquiry import INTERVAL
+from gimbal_hil.knowledge.discrepancy.laws.curve import DIGITS, SOURCE
 from gimbal_hil.knowledge.discrepancy.laws.fitting import Written, foretold, polished, scales_of, scanned
 from gimbal_hil.knowledge.discrepancy.laws.forms import LEVEL, SLOPE, FormNumber, NumberRole, beside, renamed, terms_of
 from gimbal_hil.knowledge.discrepancy.laws.linear import FOLDS
@@ -20,10 +22,8 @@ from sim_backend.model import UNIT_OF, UNIT_OVER, LawKind, Over, dimension_of, u
 _CLOSELY, _FORETOLD, _TWO, _MOST_NUMBERS = 12, 7, 3, 8
 #: nats of what they leave of other stretches within which two formulas are not told apart
 _ALIKE = 3.0
-#: draws of the folds for an interval, and its ends
-_DRAWS, _BAND = 20, (0.05, 0.95)
-_DIGITS = 6
-SOURCE = "described by gimbal-hil discrepancy"
+#: draws of the folds for an interval
+_DRAWS = 20
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ def _interval(saying: Saying, one: Written) -> tuple[Floats, Floats]:
         times = np.bincount(rng.integers(0, FOLDS, FOLDS), minlength=FOLDS).astype(float)
         there = polished(saying, one, times, again=True)
         drawn.append(_values(there, scales_of(saying, there, times).values))
-    low, high = np.quantile(np.array(drawn), _BAND, axis=0)
+    low, high = np.quantile(np.array(drawn), INTERVAL, axis=0)
     return np.minimum(low, drawn[0]), np.maximum(high, drawn[0])
 
 
@@ -193,7 +193,7 @@ def _over(unit: str, by: str, times: int) -> str:
 
 
 def _rounded(value: float) -> float:
-    return float(f"{value:.{_DIGITS}g}")
+    return float(f"{value:.{DIGITS}g}")
 
 
 __all__ = ["Formula", "formula_for", "phrase_of"]

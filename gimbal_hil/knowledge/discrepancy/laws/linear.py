@@ -13,11 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.knowledge.discrepancy.hypotheses import Hypothesis, command_residual, prior_weights
+from gimbal_hil.knowledge.discrepancy.hypotheses import STEP, Hypothesis, command_residual, prior_weights
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State, weighing_of
 from gimbal_hil.knowledge.discrepancy.twin import Floats, Twin
 
-_STEP = 0.02
 #: of a curve's own normal matrix, so that it can be solved
 _RIDGE = 1e-11
 #: and what a bend may cost, of the same: as much as foretells best, so that knots of which few rows speak lie straight
@@ -186,7 +185,7 @@ def _slopes(twin: Twin, hypothesis: Hypothesis, floor: Floats) -> Floats:
     found = np.zeros((*here.shape, count))
     for k in range(count):
         moved, at = x.copy(), len(x) - count + k
-        step = -_STEP if x[at] > 0.0 else _STEP
+        step = -STEP if x[at] > 0.0 else STEP
         moved[at] += step
         found[:, :, k] = (command_residual(twin, hypothesis.at(moved), floor) - here) / step
     return np.nan_to_num(found)

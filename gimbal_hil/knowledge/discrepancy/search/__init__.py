@@ -1,7 +1,13 @@
 """The search: screen candidates, add causes that improve the fit, retry every one, drop those that do not help."""
 
 from gimbal_hil.knowledge.discrepancy.search.candidates import numbers_of
-from gimbal_hil.knowledge.discrepancy.search.comparing import clearly_better, no_worse, same_to_a_twin, surely
+from gimbal_hil.knowledge.discrepancy.search.comparing import (
+    OUT_OF_REACH,
+    clearly_better,
+    no_worse,
+    same_to_a_twin,
+    surely,
+)
 from gimbal_hil.knowledge.discrepancy.search.curve import curve_does_as_well, orders_make_a_series
 from gimbal_hil.knowledge.discrepancy.search.release import given_back, numbers_instead, with_more_room
 from gimbal_hil.knowledge.discrepancy.search.screening import basis_of, beside, respond, responses, row_weights
@@ -9,6 +15,7 @@ from gimbal_hil.knowledge.discrepancy.search.search import Path, control_share, 
 from gimbal_hil.knowledge.discrepancy.search.stories import explain, explain_again
 
 __all__ = [
+    "OUT_OF_REACH",
     "Path",
     "basis_of",
     "beside",

@@ -19,13 +19,15 @@ from gimbal_hil.knowledge.discrepancy.hypotheses import (
     weighed_cost,
 )
 from gimbal_hil.knowledge.discrepancy.inquiry import MOST_ENTRIES, Inquiry, State, refitted, state_of, weighing_of
-from gimbal_hil.knowledge.discrepancy.search.comparing import advantage
+from gimbal_hil.knowledge.discrepancy.search.comparing import OUT_OF_REACH, advantage
 from gimbal_hil.knowledge.discrepancy.search.screening import Proposal, Response, propose, respond
+from sim_backend.effects import CATALOGUE
+from sim_backend.model import AntennaModel
 
 #: families refined per round, after screening; in the place of a cause
 _REFINED, _IN_PLACE = 6, 3
-#: rounds of a first fit, and of those that are still in the race: that leave at most so many times what the best leaves
-_FIRST, _RACING, _IN_THE_RACE = 1, 5, 2.0
+#: rounds of a first fit, and of those that are still in the race
+_FIRST, _RACING = 1, 5
 #: and that took this share of the least that a cause must take in their first step
 _PROMISE = 0.3
 #: candidates that are compared closely, and asked for their negative control
@@ -57,7 +59,9 @@ def candidates(
     wanted = before.fit
     if instead_of is not None and tried is not None:
         wanted = replace(wanted, residual=wanted.residual - instead_of.fit.residual)
-    known = [r for r in heard if r.family.label in labels] + listen(inquiry, wanted, [f for f in allowed if f.ripple])
+    anew = [f for f in allowed if f.ripple or _acts_otherwise(inquiry.twin.model, before.hypothesis, f)]
+    again = {f.label for f in anew if not f.ripple}
+    known = [r for r in heard if r.family.label in labels - again] + listen(inquiry, wanted, anew)
     best: dict[tuple[str, str], list[Proposal]] = {}
     for proposal in propose(wanted, known, weighing):
         best.setdefault(proposal.family.label, []).append(proposal)
@@ -79,6 +83,24 @@ def candidates(
     ceiling = weighed_cost(before.fit, weighing)
     states = [state_of(inquiry, one) for one in kept.values() if one.cost <= ceiling]
     return _beside_the_best(inquiry, before, sorted(states, key=lambda state: -advantage(inquiry, before, state)))
+
+
+def _acts_otherwise(model: AntennaModel, hypothesis: Hypothesis, family: Family) -> bool:
+    """Whether a family moves numbers of a law that a cause gave what the model lacks of it, as a bristle to friction:
+    what was heard beside the model alone is not what they do there.
+    """
+    gained = {
+        path.split(".")[0]
+        for cause in hypothesis.causes
+        for path in _paths(cause.family)
+        if cause.family.axis == family.axis and not model.number(family.axis, model.number_path(family.axis, path))
+    }
+    return bool(gained) and any(path.split(".")[0] in gained for path in _paths(family))
+
+
+def _paths(family: Family) -> list[str]:
+    """Places in the model file of the numbers that a family moves."""
+    return [p.path for p in CATALOGUE[family.effect].parameters if p.path]
 
 
 def _beside_the_best(inquiry: Inquiry, before: State, states: list[State]) -> list[State]:
@@ -158,7 +180,7 @@ def _refined(
         return []
     least = min(to_beat, *(one.cost for one in fits))
     racing = [
-        i for i, one in enumerate(fits) if one.cost <= _IN_THE_RACE * least and _promises(inquiry, before.fit, one)
+        i for i, one in enumerate(fits) if one.cost <= OUT_OF_REACH * least and _promises(inquiry, before.fit, one)
     ]
     for i, one in zip(racing, fitted([fits[i].hypothesis for i in racing], _RACING), strict=True):
         fits[i] = one

@@ -9,9 +9,10 @@ import numpy as np
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Policy, State, gain_on, mean_squares
 from gimbal_hil.knowledge.discrepancy.twin import Floats
 
-#: a state is clearly better that leaves less by this share of what the other one leaves; and no worse that leaves at
-#: most so many times as much
-_BETTER, _NO_WORSE = 0.03, 1.1
+#: a state is no worse than another that leaves at most so many times as much
+_NO_WORSE = 1.1
+#: what leaves, or by its slopes would leave, more squares than so many times those of the best is out of the race
+OUT_OF_REACH = 2.0
 #: share of what a cause takes that a rival may leave, however much is missing beside both
 _PART = 0.25
 
@@ -29,14 +30,15 @@ def surely(inquiry: Inquiry, old: State, new: State) -> float:
 
 
 def clearly_better(inquiry: Inquiry, new: State, old: State) -> bool:
-    """Whether one state leaves less than another by a share of what that leaves, which is noise at least.
+    """Whether one state leaves less than another by the share of what that leaves, noise at least, that a cause must
+    take.
 
     Where one leaves much of one channel and the other much of another, neither is the unit of both.
     """
     unit = np.maximum(np.minimum(new.fit.squares, old.fit.squares), 1.0)
     left = sum(float(np.sum(np.maximum(mean_squares(rows), 1.0) / unit)) for rows in (old.fitted, old.selecting))
     fitted, selecting = (gain_on(inquiry, old, new, part, unit) for part in ("fitted", "selecting"))
-    return fitted.mean + selecting.mean > _BETTER * left and selecting.sure > 0.0
+    return fitted.mean + selecting.mean > inquiry.policy.least_share * left and selecting.sure > 0.0
 
 
 def no_worse(before: Floats, after: Floats) -> bool:

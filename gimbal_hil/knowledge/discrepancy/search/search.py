@@ -15,6 +15,7 @@ import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import Cause, Hypothesis, at_bound, plainer_of
 from gimbal_hil.knowledge.discrepancy.inquiry import (
+    NEARLY_ALL,
     Inquiry,
     State,
     gain_on,
@@ -24,7 +25,7 @@ from gimbal_hil.knowledge.discrepancy.inquiry import (
     weighing_of,
 )
 from gimbal_hil.knowledge.discrepancy.search.candidates import ASKED, candidates, numbers_of
-from gimbal_hil.knowledge.discrepancy.search.comparing import clearly_better, no_worse, surely
+from gimbal_hil.knowledge.discrepancy.search.comparing import OUT_OF_REACH, clearly_better, no_worse, surely
 from gimbal_hil.knowledge.discrepancy.search.curve import curve_does_as_well
 from gimbal_hil.knowledge.discrepancy.search.release import released
 from gimbal_hil.knowledge.discrepancy.search.screening import Response, basis_of, control_gain, responses, row_weights
@@ -35,10 +36,6 @@ from sim_backend.effects import Start
 _FIRST_OF_TWO = 2
 #: how often the search is begun again where a slot was filled anew
 _PASSES = 3
-#: the plainer form of a cause is looked at where it leaves at most so many times as much
-_NEARLY_AS_GOOD = 2.0
-#: what the hold-out does not show must take so much of what is left of the fitted logs
-_NEARLY_ALL = 0.85
 #: length of the blocks whose signs a negative control draws, s
 _SIGN_S = 0.7
 
@@ -156,7 +153,7 @@ def _rather_plainer(inquiry: Inquiry, path: Path, found: State, plain: list[tupl
     effect, axis = found.hypothesis.labels[-1]
     contained = (plainer_of(inquiry.twin, found.hypothesis, len(found.hypothesis.causes) - 1), axis)
     for state in (s for s, label in plain if label == contained):
-        if np.sum(state.fit.squares) > _NEARLY_AS_GOOD * np.sum(np.maximum(found.fit.squares, 1.0)):
+        if np.sum(state.fit.squares) > OUT_OF_REACH * np.sum(np.maximum(found.fit.squares, 1.0)):
             continue
         if not stands_out(inquiry, state):
             return state
@@ -234,7 +231,7 @@ def pays(inquiry: Inquiry, before: State, after: State, control: float = 0.0) ->
     fitted = gain_on(inquiry, before, after, "fitted")
     taken = float(np.sum(before.fit.squares - after.fit.squares))
     # one event in a log has no blocks to be sure by, but what takes nearly all of a gap needs none
-    nearly_all = taken > _NEARLY_ALL * float(np.sum(np.maximum(before.fit.squares - 1.0, 0.0)))
+    nearly_all = taken > NEARLY_ALL * float(np.sum(np.maximum(before.fit.squares - 1.0, 0.0)))
     if control > policy.control * fitted.mean or not _enough(inquiry, before.fitted, after.fitted):
         return False
     if fitted.sure < 0.5 * policy.sure and not nearly_all:

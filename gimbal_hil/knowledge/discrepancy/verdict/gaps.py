@@ -8,14 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import noise_of_motion, torque_residual
-from gimbal_hil.knowledge.discrepancy.inquiry import BLOCK_S, DRAWS, LEAST_GAP, Inquiry, State
+from gimbal_hil.knowledge.discrepancy.inquiry import BLOCK_S, DRAWS, INTERVAL, LEAST_GAP, Inquiry, State
 from gimbal_hil.knowledge.discrepancy.judgement import Result
 from gimbal_hil.knowledge.discrepancy.twin import Floats
 
 #: the gap over its floor below which a share means nothing
 _A_GAP = 1.1
-#: ends of an interval of 90 %
-_ENDS = (0.05, 0.95)
 #: a floor is another than the one that was computed from this share of it down
 _LOWER = 0.99
 
@@ -111,7 +109,7 @@ def _closed(before: Floats, after: Floats, length: int) -> tuple[float, float, f
     def share(x: Floats, y: Floats) -> Floats:
         return np.asarray(1.0 - (y - 1.0) / np.maximum(x - 1.0, 1e-9))
 
-    low, high = np.quantile(share(*_drawn_again((before, after), length)), _ENDS)
+    low, high = np.quantile(share(*_drawn_again((before, after), length)), INTERVAL)
     whole = float(share(np.asarray(before.mean()), np.asarray(after.mean())))
     return min(1.0, whole), min(1.0, float(low)), min(1.0, float(high))
 
@@ -119,7 +117,7 @@ def _closed(before: Floats, after: Floats, length: int) -> tuple[float, float, f
 def _rms_within(squares: Floats, length: int) -> tuple[float, float]:
     """90 % block-bootstrap interval of the rms of what is left, the rms of all rows in it; squares in floors."""
     (drawn,), whole = _drawn_again((squares,), length), float(squares.mean())
-    low, high = np.quantile(drawn, _ENDS)
+    low, high = np.quantile(drawn, INTERVAL)
     return float(np.sqrt(min(low, whole))), float(np.sqrt(max(high, whole)))
 
 

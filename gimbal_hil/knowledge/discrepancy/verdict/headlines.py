@@ -10,7 +10,7 @@ from gimbal_hil.pages.report import between, quantity
 from sim_backend.effects import CATALOGUE
 
 #: numbers of a cause that a headline tells; the rest stand in the table
-_NUMBERS = 3
+MOST_NUMBERS = 3
 #: causes of which a headline tells as many
 _FEW_CAUSES = 2
 
@@ -57,8 +57,8 @@ def headline(effect: Json, brief: bool = False) -> str:
         moved = {name: number for name, number in moved.items() if _shows(number)} or moved
         # nor does one that the model lacks and that is nothing within its interval
         moved = {name: number for name, number in moved.items() if not _is_nothing(number)} or moved
-        items, most = list(moved.items()), 1 if brief else _NUMBERS
-        those = [*items[:most], *(item for item in items[most:] if _is_order(item[1]))][:_NUMBERS]
+        items, most = list(moved.items()), 1 if brief else MOST_NUMBERS
+        those = [*items[:most], *(item for item in items[most:] if _is_order(item[1]))][:MOST_NUMBERS]
         told.append(", ".join(_number(*item, n == 0) for n, item in enumerate(those)))
     told = [one for one in told if one] or ["its numbers are not known"]
     where = at_first(name_of(effect["name"], effect["axis"]))

@@ -11,7 +11,7 @@ from firmware_protocol.json_object import Json
 from gimbal_hil.knowledge.discrepancy.inquiry import rms
 from gimbal_hil.knowledge.discrepancy.judgement import Denial, Kind, Result, Status, Told
 from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, closed_most, largest, share_text, still_open
-from gimbal_hil.knowledge.discrepancy.verdict.headlines import answer_of, at_first, name_of
+from gimbal_hil.knowledge.discrepancy.verdict.headlines import MOST_NUMBERS, answer_of, at_first, name_of
 from gimbal_hil.knowledge.discrepancy.verdict.laws import told_laws
 from gimbal_hil.knowledge.discrepancy.verdict.separating import UPRIGHT
 from gimbal_hil.pages.report import between, quantity
@@ -27,8 +27,6 @@ _ELSE = {
     True: "No drive acts before its command, so it is the log; state it",
     False: "A delay of the drive looks the same; if it is the log, state it",
 }
-#: known numbers that moved, of which the text tells the farthest
-_NUMBERS = 3
 
 
 @dataclass(frozen=True)
@@ -141,9 +139,9 @@ def _where_moved(model: AntennaModel, numbers: Sequence[Json]) -> str:
     inside = [one for one in numbers if not one["named"]]
     if not inside:
         return "where its numbers and the zeros of the logs move a little"
-    farthest = sorted(inside, key=lambda one: -abs(one["to"] - one["from"]) / one["uncertainty"])[:_NUMBERS]
+    farthest = sorted(inside, key=lambda one: -abs(one["to"] - one["from"]) / one["uncertainty"])[:MOST_NUMBERS]
     said = ", ".join(_moved(model, one) for one in farthest)
-    rest = f" and {len(inside) - _NUMBERS} more" if len(inside) > _NUMBERS else ""
+    rest = f" and {len(inside) - MOST_NUMBERS} more" if len(inside) > MOST_NUMBERS else ""
     return f"where known numbers move within their stated uncertainty: {said}{rest}"
 
 
