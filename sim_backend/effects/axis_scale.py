@@ -31,7 +31,8 @@ class Need(Flag):
     TORQUE_REVERSALS = auto()
     #: another axis that moves
     SECOND_AXIS = auto()
-    #: a joint that slides: it goes further than joints mostly give way, or is pushed beyond its break-away
+    #: a joint that slides, or all but: it goes further than joints mostly give way, or is pushed beyond half of its
+    #: break-away, where its bristles bend by what the level is
     SLIDING = auto()
 
     @property

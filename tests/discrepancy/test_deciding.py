@@ -74,6 +74,8 @@ def test_what_is_no_gap_says_nothing_against_what_closed_one() -> None:
     # of a gap of 1.6 floors a bristle closed a third, and its own variables predict as much of what is left
     hardly = replace(SOUND, share=0.37, takes=np.array([0.81]), exhausted=Predictable(0.6, 0.0))
     assert probability(hardly, Remainder(1.59, 1.25, _NOTHING)) < 0.6
+    # and what the fitted logs show alone, nothing of the hold-out speaks against
+    assert probability(replace(SOUND, exhausted=Predictable(0.3, 0.0)), Remainder(1.0, 1.01, _NOTHING)) > 0.95
     assert probability(predictable, Remainder(12.0, 1.6, _NOTHING)) < 0.5
 
 

@@ -25,6 +25,10 @@ class _Family:
     ripple: Any = None
     starts: tuple = ((),)
 
+    @property
+    def axis(self) -> str:
+        return self.label[1]
+
 
 @dataclass(frozen=True)
 class _Hypothesis:
@@ -69,8 +73,7 @@ def _asked(monkeypatch: pytest.MonkeyPatch, gap_elsewhere: float, tried: frozens
         "_IN_PLACE": 1,
     }.items():
         monkeypatch.setattr(candidates, name, stand_in)
-    twin = SimpleNamespace(model=None)
-    inquiry: Any = SimpleNamespace(families=(_Family(LAG), _Family(CENTRE), _Family(DELAY)), twin=twin)
+    inquiry: Any = SimpleNamespace(families=(_Family(LAG), _Family(CENTRE), _Family(DELAY)))
     candidates.candidates(inquiry, without, (), delay, tried)
     return screened, fitted
 

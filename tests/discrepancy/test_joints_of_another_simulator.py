@@ -42,7 +42,7 @@ def test_two_causes_that_act_against_each_other_in_half_of_the_data_are_found_to
 
 @pytest.mark.heavy
 def test_a_gain_beside_a_payload_of_which_neither_explains_much_alone_is_told(tmp_path: Path) -> None:
-    # 181 floors; the weight leaves 155, the gain more, both two, and nothing was told (record 0319)
+    # 216 floors of the fitted logs; the weight leaves 155, the gain more, both two, and nothing was told (record 0319)
     name, planted, write = next(
         row for row in planted_rows(tmp_path, 51, 17, ()) if row[0].startswith("joint 51-16 torque_gain x 0.5")
     )

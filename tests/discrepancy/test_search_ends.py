@@ -162,29 +162,33 @@ def test_noise_that_a_larger_inertia_makes_is_no_gap_to_what_smooths_it(
     assert stands_out(inquiry, state) and stands_out(inquiry, state, best) is stands
 
 
+def _left(fitted: float, selecting: float) -> Any:
+    """A state that leaves so many floors in both halves."""
+    rows = SimpleNamespace(fitted=np.full((4, 1), fitted), selecting=np.full((4, 1), selecting))
+    rows.left = lambda: np.maximum(rms(rows.fitted), rms(rows.selecting))
+    return rows
+
+
 @pytest.mark.parametrize(
-    ("fitted", "selecting", "is_all"),
+    ("before", "after", "is_all"),
     [
         # no gap
-        ((1.2,), (1.4,), True),
+        ((200.0, 190.0), (1.2, 1.4), True),
         # two floors of two hundred, in both halves
-        ((2.1,), (2.3,), True),
-        # a twentieth of the squares: a further cause could be there
-        ((45.0,), (2.0,), False),
+        ((200.0, 190.0), (2.1, 2.3), True),
+        # a twentieth of the squares: more is there
+        ((200.0, 190.0), (45.0, 2.0), False),
         # one of the halves keeps what it had
-        ((2.0,), (180.0,), False),
+        ((200.0, 190.0), (2.0, 180.0), False),
+        # of a half without a gap there is nothing to take
+        ((200.0, 0.9), (2.0, 0.8), True),
     ],
 )
 def test_two_causes_at_once_explain_as_good_as_all_of_both_halves(
-    fitted: tuple[float, ...], selecting: tuple[float, ...], is_all: bool, monkeypatch: pytest.MonkeyPatch
+    before: tuple[float, float], after: tuple[float, float], is_all: bool
 ) -> None:
-    def state(fitted: tuple[float, ...], selecting: tuple[float, ...]) -> Any:
-        rows = SimpleNamespace(fitted=np.full((4, 1), fitted), selecting=np.full((4, 1), selecting))
-        rows.left = lambda: np.maximum(rms(rows.fitted), rms(rows.selecting))
-        return rows
-
     inquiry: Any = SimpleNamespace(policy=Policy(), inexact=0.0)
-    assert search._as_good_as_all(inquiry, state((200.0,), (190.0,)), state(fitted, selecting)) is is_all
+    assert search._as_good_as_all(inquiry, _left(*before), _left(*after)) is is_all
 
 
 def test_what_pays_beside_more_causes_is_not_asked_again_beside_fewer(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -220,19 +224,22 @@ def test_what_pays_beside_more_causes_is_not_asked_again_beside_fewer(monkeypatc
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "effect", "axis", "anew"),
+    ("stiffness", "cause", "anew"),
     [
-        (0.0, "coulomb", "outer", True),
-        # of another law, on another axis, and beside bristles that the model has
-        (0.0, "inertia", "outer", False),
-        (0.0, "coulomb", "inner", False),
-        (238.88, "coulomb", "outer", False),
+        (0.0, "presliding", {("coulomb", "outer"), ("presliding", "outer")}),
+        # beside bristles that the model has, and beside something that is none
+        (238.88, "presliding", set()),
+        (0.0, "torque_gain", set()),
     ],
 )
 def test_friction_is_heard_anew_beside_bristles_that_the_model_lacks(
-    stiffness: float, effect: str, axis: str, anew: bool
+    stiffness: float, cause: str, anew: set[tuple[str, str]]
 ) -> None:
+    def family(effect: str, axis: str) -> Any:
+        return SimpleNamespace(effect=effect, axis=axis, label=(effect, axis))
+
     model = shipped_model().with_number("outer", "friction.sigma0", stiffness, "test")
-    bristles: Any = SimpleNamespace(causes=[SimpleNamespace(family=SimpleNamespace(effect="presliding", axis="outer"))])
-    family: Any = SimpleNamespace(effect=effect, axis=axis)
-    assert candidates._acts_otherwise(model, bristles, family) is anew
+    families = [family(effect, axis) for effect in ("coulomb", "inertia", "presliding") for axis in model.axes]
+    inquiry: Any = SimpleNamespace(twin=SimpleNamespace(model=model), families=families)
+    hypothesis: Any = SimpleNamespace(causes=[SimpleNamespace(family=family(cause, "outer"))])
+    assert candidates._acts_otherwise(inquiry, hypothesis) == anew

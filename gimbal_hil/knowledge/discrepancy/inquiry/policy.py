@@ -35,7 +35,7 @@ class Policy:
     #: squares that are left, and this share of the rms that a cause takes
     same: float = 0.02
     #: standard errors by which another name must beat one that is there already and would do with more numbers: a
-    #: further order of a ripple, or the plainer form of the same cause
+    #: further order of a ripple, or the plainer form of the same cause; and by which a law must pay
     anew: float = 3.0
     #: probability of its class from which a cause is called named, and the share of that which must be its own
     named: float = 0.95

@@ -339,8 +339,8 @@ def class_probability(
         missing, unknown_rms = left.predictable.beyond, left.unpredicted
     else:
         # what is no gap says nothing against what closed one, unless a cause's own variables predict as much of it as
-        # was closed
-        closed = max(left.before**2 - left.after**2, 1e-9)
+        # was closed of the hold-out, or as the cause takes of all data where the hold-out hardly shows it
+        closed = max(left.before**2 - left.after**2, float(standing.takes[standing.channel]), 1e-9)
         shape = 1.0 / (1.0 + (standing.exhausted.beyond * left.after**2 / closed) ** 4)
         missing, unknown_rms = 0.0, 0.0
     steady = 1.0 / (1.0 + (standing.uneven / policy.uneven) ** 4)

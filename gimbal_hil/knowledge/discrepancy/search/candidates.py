@@ -22,7 +22,6 @@ from gimbal_hil.knowledge.discrepancy.inquiry import MOST_ENTRIES, Inquiry, Stat
 from gimbal_hil.knowledge.discrepancy.search.comparing import OUT_OF_REACH, advantage
 from gimbal_hil.knowledge.discrepancy.search.screening import Proposal, Response, propose, respond
 from sim_backend.effects import CATALOGUE
-from sim_backend.model import AntennaModel
 
 #: families refined per round, after screening; in the place of a cause
 _REFINED, _IN_PLACE = 6, 3
@@ -35,6 +34,8 @@ ASKED = 4
 #: where the best one leaves at most this share of the squares of a channel, noise at least in both, fits are looked at
 #: again
 _MUCH_LESS = 0.1
+#: where the numbers of friction stand in a model, and the one without which it has no bristle
+_FRICTION, _BRISTLE = "friction.", "friction.sigma0"
 #: a family of more coordinates than this is refined from more than two of its starts
 _VALLEYS = 3
 
@@ -59,9 +60,9 @@ def candidates(
     wanted = before.fit
     if instead_of is not None and tried is not None:
         wanted = replace(wanted, residual=wanted.residual - instead_of.fit.residual)
-    anew = [f for f in allowed if f.ripple or _acts_otherwise(inquiry.twin.model, before.hypothesis, f)]
-    again = {f.label for f in anew if not f.ripple}
-    known = [r for r in heard if r.family.label in labels - again] + listen(inquiry, wanted, anew)
+    again = _acts_otherwise(inquiry, before.hypothesis)
+    known = [r for r in heard if r.family.label in labels - again]
+    known += listen(inquiry, wanted, [f for f in allowed if f.ripple or f.label in again])
     best: dict[tuple[str, str], list[Proposal]] = {}
     for proposal in propose(wanted, known, weighing):
         best.setdefault(proposal.family.label, []).append(proposal)
@@ -85,17 +86,14 @@ def candidates(
     return _beside_the_best(inquiry, before, sorted(states, key=lambda state: -advantage(inquiry, before, state)))
 
 
-def _acts_otherwise(model: AntennaModel, hypothesis: Hypothesis, family: Family) -> bool:
-    """Whether a family moves numbers of a law that a cause gave what the model lacks of it, as a bristle to friction:
-    what was heard beside the model alone is not what they do there.
+def _acts_otherwise(inquiry: Inquiry, hypothesis: Hypothesis) -> set[tuple[str, str]]:
+    """Families that move numbers of a friction to which a cause gave the bristle that the model lacks: what was heard
+    beside the model alone is not what they do there.
     """
-    gained = {
-        path.split(".")[0]
-        for cause in hypothesis.causes
-        for path in _paths(cause.family)
-        if cause.family.axis == family.axis and not model.number(family.axis, model.number_path(family.axis, path))
-    }
-    return bool(gained) and any(path.split(".")[0] in gained for path in _paths(family))
+    axes = {cause.family.axis for cause in hypothesis.causes if _BRISTLE in _paths(cause.family)}
+    gained = {axis for axis in axes if inquiry.twin.model.number(axis, _BRISTLE) <= 0.0}
+    mine = (family for family in inquiry.families if family.axis in gained)
+    return {family.label for family in mine if any(path.startswith(_FRICTION) for path in _paths(family))}
 
 
 def _paths(family: Family) -> list[str]:

@@ -134,14 +134,16 @@ def _two_at_once(inquiry: Inquiry, path: Path, tried: list[State]) -> Path:
 
 
 def _as_good_as_all(inquiry: Inquiry, before: State, after: State) -> bool:
-    """Whether what is new in a state leaves no gap, or of each part less than a further cause would have to take."""
+    """Whether what is new in a state leaves no gap, or of the squares above the floor of all channels, in the fitted
+    rows and in those that select, no more than the share that a cause must take to pay.
+    """
     if not stands_out(inquiry, after):
         return True
     gaps = [
         [float(np.sum(np.maximum(mean_squares(rows) - 1.0, 0.0))) for rows in (state.fitted, state.selecting)]
         for state in (before, after)
     ]
-    return all(left < inquiry.policy.least_share * was for was, left in zip(*gaps, strict=True))
+    return all(left <= inquiry.policy.least_share * was for was, left in zip(*gaps, strict=True))
 
 
 def _rather_plainer(inquiry: Inquiry, path: Path, found: State, plain: list[tuple[State, tuple[str, str]]]) -> State:
@@ -299,7 +301,8 @@ def slots_again(inquiry: Inquiry, path: Path, without_each: Mapping[int, State])
 
 def pruned(inquiry: Inquiry, state: State) -> tuple[State, dict[int, State]]:
     """Drop every cause that does not pay beside the others, the least first; answers what stays, and by index the
-    states without one of its causes that were looked at last. What pays beside more causes pays beside fewer.
+    states without one of its causes that were looked at last. What paid beside more causes is taken to pay beside
+    fewer: what could take its part is gone.
     """
     asked: Collection[int] = range(len(state.hypothesis.causes))
     while True:
