@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from firmware_protocol.documents import yaml_text
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.runs import EventKind, open_run
 from gimbal_hil.loop.control.layout import Mode
@@ -21,7 +22,7 @@ from gimbal_hil.realtime.daemon.run import DaemonOptions, run_daemon
 from gimbal_hil.realtime.operator.client import RequestRefusedError
 from gimbal_hil.realtime.telemetry import Telemetry
 from gimbal_hil.surface.cli.app import run as run_command
-from tests.daemon.daemons import Json, RunningDaemon
+from tests.daemon.daemons import PATIENCE_S, Json, RunningDaemon
 
 pytestmark = pytest.mark.realtime
 
@@ -240,6 +241,22 @@ def test_a_daemon_tries_its_antenna_before_the_first_motion_and_the_run_replays(
     assert sum("first test: each axis turns" in text for text in event_texts(run)) == 1
     assert torques_after(run, 0).any()
     assert run_command("replay", [str(run), "--json"]) == 0
+
+
+def test_a_client_sees_when_the_test_before_the_first_motion_is_over(tmp_path: Path) -> None:
+    document = shipped_settings().model_dump(mode="json", by_alias=True, exclude_none=True)
+    document["supervisor"]["first_test"] = "always"
+    configuration = tmp_path / "tried.yaml"
+    configuration.write_text(yaml_text(document))
+    seen = []
+    with RunningDaemon(tmp_path / "run", "--config", str(configuration)) as daemon, daemon.client() as client:
+        end = time.monotonic() + PATIENCE_S
+        while "passed" not in seen and time.monotonic() < end:
+            seen.append(client.request("status")["status"]["first_test"])
+            time.sleep(0.01)
+        assert daemon.until_state(client, "idle")["first_test"] == "passed"
+        assert client.request("stop")["ok"]
+    assert set(seen) <= {None, "due", "passed"} and seen[-1] == "passed"
 
 
 def test_a_daemon_whose_antenna_fails_its_first_test_ends_and_says_why(tmp_path: Path) -> None:

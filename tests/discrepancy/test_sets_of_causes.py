@@ -206,7 +206,9 @@ def test_of_two_that_take_each_others_place_in_turn_the_one_that_explains_surely
     def standings(inquiry: Any, stated: Any, null: Any, state: Any, path: Any, left: Any) -> tuple[Standing, ...]:
         (label,) = state.hypothesis.labels
         other = unbalance if label == spring else spring
-        rival: Any = SimpleNamespace(state=a_state(other), label=other, at_bound=(), extra=0.1, close=lambda _: True)
+        rival: Any = SimpleNamespace(
+            state=a_state(other), label=other, is_cause=True, at_bound=(), extra=0.1, close=lambda _: True
+        )
         return (replace(SOUND, label=label, rivals=(rival,)),)
 
     def told(inquiry: Any, standing: Standing, found: Any, left: Any, suspected_only: bool) -> Told:
@@ -260,6 +262,30 @@ def test_where_a_gap_is_left_a_rival_with_one_cause_beside_it_is_weighed_against
     else:
         assert found is not None and found.hypothesis.labels == (unbalance, offset)
     assert all(one == (spring, offset) for one in weighed) and bool(weighed) is not ripple
+
+
+@pytest.mark.parametrize(
+    ("sure", "clear", "numbers", "was_there", "taken"),
+    [(9.0, True, 2, False, True), (2.9, True, 2, False, False), (9.0, False, 2, False, False),
+     (9.0, True, 6, False, False), (9.0, True, 2, True, False)],
+)  # fmt: skip
+def test_numbers_that_surely_and_clearly_explain_more_take_the_place_of_a_cause(
+    sure: float, clear: bool, numbers: int, was_there: bool, taken: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gain, weight = ("torque_gain", "inner"), ("static_unbalance", "inner")
+    labels = tuple((f"number {i}", "inner") for i in range(numbers))
+    rival: Any = SimpleNamespace(state=a_state(weight), labels=labels, is_cause=False)
+    monkeypatch.setattr(instead, "surely", lambda *_: sure)
+    monkeypatch.setattr(instead, "clearly_better", lambda *_: clear)
+    monkeypatch.setattr(instead, "as_causes", lambda inquiry, state, labels: a_state(weight, *labels))
+    monkeypatch.setattr(instead, "pruned", lambda inquiry, state: (a_state(*state.hypothesis.labels[:-1]), {}))
+    monkeypatch.setattr(instead, "settled", lambda inquiry, state: state)
+    monkeypatch.setattr(instead, "squares_of", lambda state: np.ones(1))
+    left = frozenset({weight, *labels[:-1]})
+    inquiry: Any = SimpleNamespace(policy=Policy())
+    standing = replace(SOUND, label=gain, rivals=(rival,))
+    found = instead._by_numbers(inquiry, a_state(weight, gain), (standing,), {left} if was_there else set())
+    assert (None if found is None else frozenset(found.hypothesis.labels)) == (left if taken else None)
 
 
 def test_what_stands_when_nothing_more_may_be_replaced_is_judged(monkeypatch: pytest.MonkeyPatch) -> None:

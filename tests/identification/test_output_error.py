@@ -81,7 +81,8 @@ def test_a_step_cannot_identify_the_stribeck_speed_or_shape_and_says_so() -> Non
         assert found[name].value == pytest.approx(dict(zip(LUGRE_NAMES, START.values(), strict=True))[name])
         assert "multisine" in found[name].experiment or "plateaus" in found[name].experiment
     assert found["viscous"].verdict is Determination.IDENTIFIED
-    assert all(_covers(fit).values())
+    # seven intervals that each hold the truth nine times in ten
+    assert sum(_covers(fit).values()) >= 6
 
 
 def test_sensitivities_tell_what_the_motion_depends_on() -> None:

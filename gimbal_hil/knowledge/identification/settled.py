@@ -14,6 +14,8 @@ from gimbal_hil.knowledge.identification.estimate import Determination, Estimate
 from gimbal_hil.knowledge.identification.least_squares import LeastSquaresFit, refit_with_fixed
 from gimbal_hil.knowledge.identification.profile import ProfileTask, profile_interval
 
+_WORTH = (Determination.IDENTIFIED, Determination.WEAKLY_IDENTIFIED, Determination.NOT_IDENTIFIED)
+
 
 @dataclass(frozen=True)
 class Asked:
@@ -35,7 +37,8 @@ def settle_parameters(
     """Estimates of the first `len(asked)` parameters, and the fit that holds with the undetermined ones at their prior.
 
     An interval is that of the joint fit, in which nothing was fixed, stretched to hold the value after the refit:
-    fixing one parameter at its prior must not make another look better known than the data alone make it. `bias`,
+    fixing one parameter at its prior must not make another look better known than the data alone make it; and one whose
+    interval is worth no name at the value it then has goes back to its prior as well. `bias`,
     (p,), is how far the fit is known to lie off by the method's own fault: estimates are without it, and intervals hold
     what they hold with it and without. The fit that is answered has it, as what it simulates has.
     """
@@ -49,22 +52,33 @@ def settle_parameters(
         else:
             fitted = float(task.best.values[index] - off[index])
             estimates.append(settle(one.name, fitted, intervals[index], one.unit, one.prior, one.experiment))
-    fixed = {
-        i: e.value for i, e in enumerate(estimates) if e.verdict is Determination.NOT_IDENTIFIED and e.prior is not None
-    }
-    if not fixed:
-        return tuple(estimates), task.best
-    again = refit_with_fixed(
-        task.residuals, task.parameters, task.best.values, fixed, task.difference_step, task.tolerance
-    )
-    moved = again.values - off
-    return tuple(e if i in fixed else _moved(e, float(moved[i])) for i, e in enumerate(estimates)), again
+    found, best, fixed = tuple(estimates), task.best, _undetermined(estimates)
+    while fixed:
+        best = refit_with_fixed(
+            task.residuals, task.parameters, task.best.values, fixed, task.difference_step, task.tolerance
+        )
+        values = best.values - off
+        found = tuple(e if i in fixed else _moved(e, float(values[i]), asked[i]) for i, e in enumerate(found))
+        more = _undetermined(found)
+        if more.keys() == fixed.keys():
+            break
+        fixed = more
+    return found, best
 
 
-def _moved(estimate: Estimate, value: float) -> Estimate:
-    interval = estimate.interval
-    return replace(
-        estimate,
-        value=value,
-        interval=Interval(min(interval.low, value), max(interval.high, value), interval.open_low, interval.open_high),
-    )
+def _undetermined(estimates: Sequence[Estimate]) -> dict[int, float]:
+    """Values of those that stay at their prior, by place."""
+    open_ones = (i for i, one in enumerate(estimates) if one.verdict is Determination.NOT_IDENTIFIED)
+    return {i: estimates[i].value for i in open_ones if estimates[i].prior is not None}
+
+
+def _moved(estimate: Estimate, value: float, asked: Asked) -> Estimate:
+    """An estimate at the value that it has beside those at their prior, and what its interval is worth there where that
+    is less.
+    """
+    known = estimate.interval
+    interval = Interval(min(known.low, value), max(known.high, value), known.open_low, known.open_high)
+    there = settle(estimate.name, value, interval, estimate.unit, estimate.prior, asked.experiment)
+    if _WORTH.index(there.verdict) > _WORTH.index(estimate.verdict):
+        return replace(there, fitted=estimate.fitted)
+    return replace(estimate, value=value, interval=interval)

@@ -4,7 +4,7 @@ from gimbal_hil.loop.control import Mode
 from gimbal_hil.loop.host import layout
 from gimbal_hil.loop.host.core import host_tick
 from gimbal_hil.loop.host.events import AXIS_NAMES, HostEvent, word_of
-from gimbal_hil.loop.host.first_test import FirstTest, FirstTestState
+from gimbal_hil.loop.host.first_test import FIRST_TEST, FirstTest, FirstTestState
 from gimbal_hil.loop.host.frame_tick import encode_host_mail, host_block_tick
 from gimbal_hil.loop.host.guard_table import DRIVE_GUARDS, HOST_GUARDS
 from gimbal_hil.loop.host.host import Host
@@ -81,6 +81,7 @@ __all__ = [
     "DRIVE_STATE",
     "EVENT_CAPACITY",
     "EVENT_COUNT",
+    "FIRST_TEST",
     "GUARD_CAUSES",
     "HOST_GUARDS",
     "HOST_OCTETS",

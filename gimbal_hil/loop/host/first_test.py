@@ -44,6 +44,8 @@ _LEAST_SHARE = 0.5
 _FIRST_WAIT_S, _LONGEST_WAIT_S = 0.2, 10.0
 _LINK_CAUSES = (HostCause.FEEDBACK_LOST, HostCause.SET_POINT_LOST)
 _LINK_FAULTS = (FaultCode.DEADMAN, FaultCode.COMMUNICATION)
+#: code of the events that tell how far the test is
+FIRST_TEST = "first_test"
 
 
 class FirstTestState(Enum):

@@ -15,6 +15,7 @@ from gimbal_hil.loop.host import (
     AXES,
     BASE_RATE,
     DRIVE_STATE,
+    FIRST_TEST,
     IMAGE_WORDS,
     MEASURED_RATE,
     REST_RATE,
@@ -156,6 +157,8 @@ class ControlLoop:
         self._stopping_since = 0
         self._leaving = LoopEnd(EXIT_DONE, "")
         self.ending: LoopEnd | None = None
+        if first_test is not None:
+            self._tell_first_test("the antenna is tried with a small torque before its first motion", first_test)
 
     def interrupt(self, reason: str) -> None:
         """Called by signal handlers: torque off with the next tick, then out. A second call leaves after that tick."""
@@ -322,8 +325,11 @@ class ControlLoop:
         if test.state is FirstTestState.FAILED:
             self._ask(LoopEnd(EXIT_SAFETY_STOP, test.problem))
         if test.state in (FirstTestState.PASSED, FirstTestState.FAILED):
-            self._event("note", test.said, {})
+            self._tell_first_test(test.said, test)
             self._first_test = None
+
+    def _tell_first_test(self, text: str, test: FirstTest) -> None:
+        self._event("note", text, {"code": FIRST_TEST, "state": test.state.value})
 
     def _record_command(self, word: str) -> None:
         self._event("command", word, {"command": word})

@@ -15,7 +15,7 @@ from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError, shown
 from firmware_protocol.json_object import Json
 from firmware_protocol.links import CanLinkConfig, SerialLinkConfig
 from gimbal_hil.data.runs import Retention, RunHeader, RunWriter
-from gimbal_hil.loop.host import EventCode, LinkStatus, word_of
+from gimbal_hil.loop.host import FIRST_TEST, EventCode, LinkStatus, word_of
 from gimbal_hil.loop.settings import DaemonSettings, settings_from_document
 from gimbal_hil.loop.timing import RingReader, RingRecord, RingWriter
 from gimbal_hil.realtime.dashboard import ScopeScreen
@@ -157,6 +157,8 @@ class Service:
                 self._view.tripped(event["data"]["cause"], event["data"]["axis"])
             if event["data"].get("code") == "drive_complaint":
                 self._view.complaint = event["data"]["complaint"]
+            if event["data"].get("code") == FIRST_TEST:
+                self._view.first_test = event["data"]["state"]
             if event["data"].get("code") == word_of(EventCode.POINTING):
                 self._view.pointing_changed(event["data"])
             self._notice(event)

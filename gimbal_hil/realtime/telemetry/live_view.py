@@ -61,6 +61,8 @@ class LiveView:
     drive_fault: FaultCode | None = None
     #: what the drives last said is wrong with them, in their makers' words
     complaint: str = ""
+    #: how the daemon's own test before the first motion stands, as its last event told; None where it makes none
+    first_test: str | None = None
     #: why the host last changed its state
     cause: str = "none"
     #: the guard that holds the host in fault, or makes it brake, now; empty where none does
@@ -157,6 +159,7 @@ class LiveView:
             "host_state": state,
             "host_told": told_state(state, self.cause),
             "trouble": None if trouble is None else trouble.as_dict(),
+            "first_test": self.first_test,
             "cause": self.cause,
             "guard": self.guard,
             "guard_trips": {guard: count for guard, count in self.trips.items() if count},

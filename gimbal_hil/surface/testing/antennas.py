@@ -18,7 +18,7 @@ from firmware_protocol.interpreter import apart_from_the_users_folder
 from firmware_protocol.links import AntennaInStep, require_can_wait
 from firmware_protocol.opening import open_link
 from gimbal_hil.data.runs import EventKind, RunHeader, RunWriter
-from gimbal_hil.loop.host import AxisCommand, HostState, Mode, Segment, Shape, program_of, word_of
+from gimbal_hil.loop.host import AxisCommand, FirstTestState, HostState, Mode, Segment, Shape, program_of, word_of
 from gimbal_hil.loop.settings import DaemonSettings, EmbeddedAntenna
 from gimbal_hil.realtime.lockstep import FramePath, Recorded
 from gimbal_hil.realtime.operator import OperatorClient
@@ -233,8 +233,10 @@ class DaemonAntennaOfTest(AntennaOfTest):
                 raise LinkError(f"the daemon ended with {self._daemon.returncode}: {self._last_words()}")
             try:
                 client = client or OperatorClient(self.folder)
-                said = str(client.request("status")["status"]["host_state"])
-                if said in (_IDLE, _ACTIVE):
+                status = client.request("status")["status"]
+                said = str(status["host_state"])
+                # the daemon's own test moves the antenna first
+                if said in (_IDLE, _ACTIVE) and status["first_test"] in (None, FirstTestState.PASSED.value):
                     return client
             except (BadInputError, LinkError) as error:
                 said = str(error)

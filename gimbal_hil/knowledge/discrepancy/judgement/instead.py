@@ -4,15 +4,27 @@ with one cause more explains more than the set does with that cause.
 
 from __future__ import annotations
 
-from gimbal_hil.knowledge.discrepancy.inquiry import MOST_CAUSES, Inquiry, State, refitted, settled, stands_out
+import numpy as np
+
+from gimbal_hil.knowledge.discrepancy.inquiry import (
+    MOST_CAUSES,
+    Inquiry,
+    State,
+    refitted,
+    settled,
+    squares_of,
+    stands_out,
+)
 from gimbal_hil.knowledge.discrepancy.judgement.judging import Standing
 from gimbal_hil.knowledge.discrepancy.judgement.rivals import Rival
 from gimbal_hil.knowledge.discrepancy.search import (
     OUT_OF_REACH,
     Path,
+    as_causes,
     clearly_better,
     extended,
     numbers_of,
+    pruned,
     surely,
     with_more_room,
 )
@@ -55,7 +67,8 @@ def better_instead(
                 return rival.state
             if _surely_beats(inquiry, state, standing, rival):
                 return rival.state
-    return _with_one_beside(inquiry, state, found, replaced, path)
+    numbers = _by_numbers(inquiry, state, found, replaced)
+    return numbers or _with_one_beside(inquiry, state, found, replaced, path)
 
 
 def _with_one_beside(
@@ -88,7 +101,7 @@ def _with_one_beside(
                 continue
             both = settled(inquiry, both)
             fair = settled(inquiry, refitted(inquiry, state, state.hypothesis.plus(newest)))
-            if surely(inquiry, fair, both) > inquiry.policy.anew and clearly_better(inquiry, both, fair):
+            if _beats(inquiry, both, fair):
                 return both
     return None
 
@@ -103,6 +116,29 @@ def _is_plainer(rival: Rival, standing: Standing) -> bool:
     return not mine.is_number and (rival.is_there or is_off)
 
 
+def _by_numbers(
+    inquiry: Inquiry, state: State, found: tuple[Standing, ...], replaced: set[frozenset[tuple[str, str]]]
+) -> State | None:
+    """The state with several known numbers as causes in the place of one cause, where these surely and clearly explain
+    more: a search that adds one cause after another first finds what makes up for many numbers at once. Of several such
+    sets the one that leaves least, without those that do not pay. None where there is none.
+    """
+    better = []
+    for rival in (rival for standing in found for rival in standing.rivals if not rival.is_cause):
+        if len(set_of(rival.state) | set(rival.labels)) <= MOST_CAUSES and _beats(inquiry, rival.state, state):
+            better.append(as_causes(inquiry, rival.state, rival.labels))
+    better = [one for one in better if _beats(inquiry, one, state)]
+    if not better:
+        return None
+    several, _ = pruned(inquiry, min(better, key=lambda one: float(np.sum(squares_of(one)))))
+    return None if set_of(several) in replaced else settled(inquiry, several)
+
+
+def _beats(inquiry: Inquiry, new: State, old: State) -> bool:
+    """Whether one state explains clearly and surely more than another."""
+    return surely(inquiry, old, new) > inquiry.policy.anew and clearly_better(inquiry, new, old)
+
+
 def _surely_beats(inquiry: Inquiry, state: State, standing: Standing, rival: Rival) -> bool:
     """Whether a rival is what should have been found: another cause, no fuller form of this one and no ripple, which
     with a few of its like draws any curve, that explains clearly and surely more, also where known numbers may leave
@@ -113,11 +149,9 @@ def _surely_beats(inquiry: Inquiry, state: State, standing: Standing, rival: Riv
     mine, other = state.hypothesis.causes[standing.entries[0]], rival.state.hypothesis.causes[-1]
     if other.family.ripple or numbers_of(other) > numbers_of(mine) + _MORE_NUMBERS:
         return False
-
-    def beats(one: State) -> bool:
-        return surely(inquiry, one, rival.state) > inquiry.policy.anew and clearly_better(inquiry, rival.state, one)
-
-    return beats(state) and beats(settled(inquiry, with_more_room(inquiry, state)))
+    return _beats(inquiry, rival.state, state) and _beats(
+        inquiry, rival.state, settled(inquiry, with_more_room(inquiry, state))
+    )
 
 
 __all__ = ["better_instead", "set_of"]

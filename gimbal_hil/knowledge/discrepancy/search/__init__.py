@@ -9,14 +9,15 @@ from gimbal_hil.knowledge.discrepancy.search.comparing import (
     surely,
 )
 from gimbal_hil.knowledge.discrepancy.search.curve import curve_does_as_well, orders_make_a_series
-from gimbal_hil.knowledge.discrepancy.search.release import given_back, numbers_instead, with_more_room
+from gimbal_hil.knowledge.discrepancy.search.release import as_causes, given_back, numbers_instead, with_more_room
 from gimbal_hil.knowledge.discrepancy.search.screening import basis_of, beside, respond, responses, row_weights
-from gimbal_hil.knowledge.discrepancy.search.search import Path, control_share, extended, in_its_place
+from gimbal_hil.knowledge.discrepancy.search.search import Path, control_share, extended, in_its_place, pruned
 from gimbal_hil.knowledge.discrepancy.search.stories import explain, explain_again
 
 __all__ = [
     "OUT_OF_REACH",
     "Path",
+    "as_causes",
     "basis_of",
     "beside",
     "clearly_better",
@@ -31,6 +32,7 @@ __all__ = [
     "numbers_instead",
     "numbers_of",
     "orders_make_a_series",
+    "pruned",
     "respond",
     "responses",
     "row_weights",
