@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import json
+import shutil
 import struct
 import subprocess
 import sys
@@ -76,6 +77,19 @@ def test_stamps_of_the_header_count_and_not_when_the_recorder_wrote(files: dict[
     assert contents is not None
     (joints,) = (group for group in contents.groups if group.name == "/joint_states")
     assert joints.time_s is not None and np.abs(np.diff(joints.time_s) - written.PERIOD_S).max() < 1e-6
+
+
+def test_the_storage_of_a_bag_is_read_without_its_folder(files: dict[str, Path], tmp_path: Path) -> None:
+    (storage,) = files["bag"].glob("*.db3")
+    whole, inside = contents_of(files["bag"]), contents_of(storage)
+    alone = contents_of(Path(shutil.copy(storage, tmp_path / "elbow.db3")))
+    assert whole is not None and inside is not None and alone is not None
+    for one in (inside, alone):
+        for group, same in zip(one.groups, whole.groups, strict=True):
+            assert group.columns.keys() == same.columns.keys()
+            np.testing.assert_array_equal(group.time_s, same.time_s)
+            for name in same.columns:
+                np.testing.assert_array_equal(group.columns[name], same.columns[name])
 
 
 def test_units_of_the_file_are_applied_and_unknown_columns_refused_with_the_near_ones(files: dict[str, Path]) -> None:

@@ -42,9 +42,9 @@ def read_bag(path: Path) -> Contents:
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise missing(path, "a bag of ROS", "rosbags", "bags") from None
-    folder = path.parent if path.suffix == ".db3" else path
-    if folder is not path and not (folder / _METADATA).exists():
-        raise BadInputError(str(path), f"is the storage of a bag of ROS 2 without its {_METADATA}", "the bag's folder")
+    # a storage file that left its folder has topics and types of its own
+    alone = path.suffix == ".db3" and not (path.parent / _METADATA).exists()
+    bag = path.parent if path.suffix == ".db3" and not alone else path
     if path.is_dir() and path.suffix == ".bag":
         raise BadInputError(
             str(path),
@@ -52,7 +52,7 @@ def read_bag(path: Path) -> Contents:
             f"another name, as in mv {path.name} {path.stem}_bag",
         )
     kind = "bag of ROS 1" if path.suffix == ".bag" else "bag of ROS 2"
-    with AnyReader([folder], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+    with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
         found: dict[str, list[tuple[int, object]]] = {}
         unread: set[str] = set()
         for connection, stamp_ns, raw in reader.messages():

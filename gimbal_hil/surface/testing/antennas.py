@@ -284,9 +284,9 @@ class DaemonAntennaOfTest(AntennaOfTest):
     def _pass(self, duration_s: float) -> None:
         moving = self._client.request("status")["status"]["host_state"] == _ACTIVE
         time.sleep(duration_s)
-        state = self._client.request("status")["status"]["host_state"]
-        if moving and state != _ACTIVE:
-            raise SafetyStopError(f"the host is {state}")
+        status = self._client.request("status")["status"]
+        if moving and status["host_state"] != _ACTIVE:
+            raise SafetyStopError(f"the host is {status['host_state']}, {status['cause']}")
 
     def _flush(self) -> None:
         """The daemon writes twenty times a second: what was there when it was asked for is, a moment later."""
