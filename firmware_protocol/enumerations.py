@@ -17,6 +17,11 @@ class DriveState(IntEnum):
     FAULT_REACTION_ACTIVE = 6
     FAULT = 7
 
+    @property
+    def gives_torque(self) -> bool:
+        """Whether the drive may apply torque: commanded, or by itself to brake and hold."""
+        return self in (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE, DriveState.FAULT_REACTION_ACTIVE)
+
 
 class DriveRequest(IntEnum):
     """Commands of the CiA 402 state machine; faults are reset by an edge of `fault_reset`."""

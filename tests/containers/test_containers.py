@@ -82,6 +82,8 @@ def test_stamps_of_the_header_count_and_not_when_the_recorder_wrote(files: dict[
 def test_the_storage_of_a_bag_is_read_without_its_folder(files: dict[str, Path], tmp_path: Path) -> None:
     (storage,) = files["bag"].glob("*.db3")
     whole, inside = contents_of(files["bag"]), contents_of(storage)
+    # beside the metadata of another bag
+    shutil.copy(files["bag"] / "metadata.yaml", tmp_path)
     alone = contents_of(Path(shutil.copy(storage, tmp_path / "elbow.db3")))
     assert whole is not None and inside is not None and alone is not None
     for one in (inside, alone):

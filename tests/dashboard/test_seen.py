@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol import schema
+from firmware_protocol.enumerations import DriveState
 from gimbal_hil.data.runs import TICK_ROW
 from gimbal_hil.loop.host import GUARD_CAUSES, HostState, word_of
 from gimbal_hil.loop.settings import shipped_settings
@@ -205,6 +206,10 @@ def test_a_stop_is_told_in_the_words_of_its_guard_and_since_when() -> None:
         operator is not None and "operator" in operator.what and trouble_of("stopping", "operator", "", "", 1.0) is None
     )
     assert told_state("fault", "operator") == operator.what
+    for drive_state, is_over in ((DriveState.QUICK_STOP_ACTIVE, False), (DriveState.SWITCH_ON_DISABLED, True)):
+        for cause in ("operator", "overspeed"):
+            stop = trouble_of("fault", cause, "none", "", 1.0, (), drive_state)
+            assert stop is not None and stop.happens.startswith("the drive gives no torque (the stop was: ") is is_over
     assert [told_state(*one) for one in (("idle", "none"), ("active", "operator"), ("fault", "gyro_stuck"))] == [
         "idle",
         "active, by an operator's command",
@@ -244,6 +249,10 @@ def test_a_stop_has_one_banner_and_set_points_are_told_in_degrees(browser: Brows
     assert "Stopped: runaway for 3 s (since 1.5 s of the run)Over 30 ms the axis gains" in said
     assert "Look at phases and sign of the motor" in said and "Arm, then Reset fault" in said
     assert browser.value("document.querySelectorAll('#trouble i').length") == 0
+    # what happens now changes within one stop, of which the rest is not told once more
+    browser.value("window.first = document.querySelector('#trouble b'); window.told.status.trouble.happens = 'rest'; 1")
+    browser.until("document.querySelector('#trouble_now').textContent === 'Now: rest.'")
+    assert browser.value("document.querySelector('#trouble b') === window.first") is True
     browser.value("(f => { f.value = '0.5'; f.oninput(); })(document.querySelector('#to_tilt')); 1")
     assert browser.value("document.querySelector('#deg_tilt').textContent") == "rad (28.65\u00b0)"
     browser.value("window.told.status.trouble = null; 1")

@@ -222,70 +222,47 @@ def test_of_two_that_take_each_others_place_in_turn_the_one_that_explains_surely
     assert [one.standing.label for one in found.told] == [spring] and found.kind is Kind.AMBIGUOUS and not went
 
 
-@pytest.mark.parametrize(("spring_does_as_well", "ripple"), [(False, False), (True, False), (False, True)])
-def test_where_a_gap_is_left_a_rival_with_one_cause_beside_it_is_weighed_against_the_cause_with_the_same(
-    spring_does_as_well: bool, ripple: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    spring, unbalance, offset = ((name, "inner") for name in ("cable_spring", "static_unbalance", "coulomb_asymmetry"))
-
-    class Held(SimpleNamespace):
-        """A hypothesis by its labels."""
-
-        def plus(self, cause: Any) -> Any:
-            return Held(labels=(*self.labels, cause.label), causes=(*self.causes, cause))
-
-    def state(*labels: Label) -> Any:
-        causes = tuple(SimpleNamespace(label=one, family=SimpleNamespace(ripple=ripple)) for one in labels)
-        return SimpleNamespace(hypothesis=Held(labels=labels, causes=causes))
-
-    rival: Any = SimpleNamespace(
-        state=state(unbalance), label=unbalance, is_cause=True, same=False, is_there=False, at_bound=(), extra=0.9,
-        close=lambda _: False, plainer=None,
-    )  # fmt: skip
-    weighed: list[tuple[Label, ...]] = []
-
-    def surely(inquiry: Any, old: Any, new: Any) -> float:
-        weighed.append(old.hypothesis.labels)
-        return 0.0 if spring_does_as_well else 9.0
-
-    monkeypatch.setattr(instead, "stands_out", lambda *_: True)
-    monkeypatch.setattr(instead, "extended", lambda *_: SimpleNamespace(state=state(unbalance, offset)))
-    monkeypatch.setattr(instead, "refitted", lambda inquiry, state, hypothesis: SimpleNamespace(hypothesis=hypothesis))
-    monkeypatch.setattr(instead, "settled", lambda inquiry, state: state)
-    monkeypatch.setattr(instead, "surely", surely)
-    monkeypatch.setattr(instead, "clearly_better", lambda *_: not spring_does_as_well)
-    inquiry: Any = SimpleNamespace(policy=Policy(), tell=lambda _: None)
-    standing = replace(SOUND, label=spring, rivals=(rival,))
-    found = instead.better_instead(inquiry, state(spring), (standing,), set(), SimpleNamespace(heard=()))  # type: ignore[arg-type]
-    if spring_does_as_well or ripple:
-        assert found is None
-    else:
-        assert found is not None and found.hypothesis.labels == (unbalance, offset)
-    assert all(one == (spring, offset) for one in weighed) and bool(weighed) is not ripple
+GAIN, WEIGHT, LEVEL, BRISTLE = (
+    (name, "inner") for name in ("torque_gain", "static_unbalance", "coulomb", "presliding")
+)
 
 
 @pytest.mark.parametrize(
-    ("sure", "clear", "numbers", "was_there", "taken"),
-    [(9.0, True, 2, False, True), (2.9, True, 2, False, False), (9.0, False, 2, False, False),
-     (9.0, True, 6, False, False), (9.0, True, 2, True, False)],
-)  # fmt: skip
-def test_numbers_that_surely_and_clearly_explain_more_take_the_place_of_a_cause(
-    sure: float, clear: bool, numbers: int, was_there: bool, taken: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    gain, weight = ("torque_gain", "inner"), ("static_unbalance", "inner")
-    labels = tuple((f"number {i}", "inner") for i in range(numbers))
-    rival: Any = SimpleNamespace(state=a_state(weight), labels=labels, is_cause=False)
+    ("sure", "clear", "pays", "was_there", "bound", "taken"),
+    [
+        (9.0, True, {WEIGHT, LEVEL, BRISTLE}, False, False, True),
+        # the gain is there as well
+        (9.0, True, {WEIGHT, GAIN, LEVEL}, False, False, True),
+        (2.9, True, {WEIGHT, LEVEL, BRISTLE}, False, False, False),
+        (9.0, False, {WEIGHT, LEVEL, BRISTLE}, False, False, False),
+        # beside the gain none of them pays
+        (9.0, True, {WEIGHT, GAIN}, False, False, False),
+        (9.0, True, set(), False, False, False),
+        (9.0, True, {WEIGHT, LEVEL, BRISTLE}, True, False, False),
+        (9.0, True, {WEIGHT, LEVEL, BRISTLE}, False, True, False),
+    ],
+)
+def test_numbers_that_surely_explain_more_take_the_place_of_a_cause_that_does_not_pay_beside_them(
+    sure: float, clear: bool, pays: set[Label], was_there: bool, bound: bool, taken: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    def kept(inquiry: Any, state: Any) -> Any:
+        assert set(state.hypothesis.labels) == {WEIGHT, GAIN, LEVEL, BRISTLE}
+        return a_state(*(label for label in state.hypothesis.labels if label in pays)), {}
+
+    rival: Any = SimpleNamespace(state=a_state(WEIGHT), labels=(LEVEL, BRISTLE), is_cause=False)
     monkeypatch.setattr(instead, "surely", lambda *_: sure)
     monkeypatch.setattr(instead, "clearly_better", lambda *_: clear)
-    monkeypatch.setattr(instead, "as_causes", lambda inquiry, state, labels: a_state(weight, *labels))
-    monkeypatch.setattr(instead, "pruned", lambda inquiry, state: (a_state(*state.hypothesis.labels[:-1]), {}))
+    monkeypatch.setattr(instead, "as_causes", lambda inquiry, state, labels: a_state(*state.hypothesis.labels, *labels))
+    monkeypatch.setattr(instead, "pruned", kept)
     monkeypatch.setattr(instead, "settled", lambda inquiry, state: state)
     monkeypatch.setattr(instead, "squares_of", lambda state: np.ones(1))
-    left = frozenset({weight, *labels[:-1]})
-    inquiry: Any = SimpleNamespace(policy=Policy())
-    standing = replace(SOUND, label=gain, rivals=(rival,))
-    found = instead._by_numbers(inquiry, a_state(weight, gain), (standing,), {left} if was_there else set())
-    assert (None if found is None else frozenset(found.hypothesis.labels)) == (left if taken else None)
+    monkeypatch.setattr(instead, "at_bound", lambda twin, hypothesis, i: ("sigma0",) if bound else ())
+    inquiry: Any = SimpleNamespace(policy=Policy(), twin=None)
+    standing = replace(SOUND, label=GAIN, rivals=(rival,))
+    replaced = {frozenset(pays)} if was_there else set()
+    found = instead._by_numbers(inquiry, a_state(WEIGHT, GAIN), (standing,), replaced)
+    assert (None if found is None else set(found.hypothesis.labels)) == (pays if taken else None)
 
 
 def test_what_stands_when_nothing_more_may_be_replaced_is_judged(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -28,21 +28,24 @@ def _slow(seed: int, correlated: int, rows: int = _ROWS) -> Floats:
     return np.asarray(steps / np.sqrt(correlated))
 
 
-def _uneven(does: list[Floats], left: list[Floats]) -> float:
-    """What the module says of two fitted logs and one of the hold-out."""
+def _uneven(does: list[Floats], left: list[Floats], also: float = 0.0) -> float:
+    """What the module says of two fitted logs and one of the hold-out; beside a channel of noise on which the cause
+    does `also` times as much.
+    """
     fitted, held = slice(0, 2), slice(2, 3)
     lengths = [len(one) for one in does]
 
     def state(rows: list[Floats]) -> Any:
-        return SimpleNamespace(fitted=np.concatenate(rows[fitted])[:, None], held=np.concatenate(rows[held])[:, None])
+        return SimpleNamespace(fitted=np.concatenate(rows[fitted]), held=np.concatenate(rows[held]))
 
     inquiry: Any = SimpleNamespace(
         held_counts=tuple(lengths[held]),
         split=lambda rows: np.split(rows, np.cumsum(lengths[fitted])[:-1]),
         in_order=lambda one: one.held,
     )
-    bare = [one + other for one, other in zip(does, left, strict=True)]
-    return unevenness(inquiry, state(bare), state(left), 0)
+    beside = [np.random.default_rng(1000 + k).standard_normal(length) for k, length in enumerate(lengths)]
+    bare = [np.stack([n + also * d, d + x], 1) for d, x, n in zip(does, left, beside, strict=True)]
+    return unevenness(inquiry, state(bare), state([np.stack([n, x], 1) for n, x in zip(beside, left, strict=True)]))
 
 
 @pytest.mark.parametrize(("level", "correlated"), [(0.0, 1), (1.0, 1), (4.0, 1), (4.0, 5), (4.0, 20), (0.5, 200)])
@@ -51,6 +54,13 @@ def test_a_cause_that_is_always_there_is_steady_whatever_else_is_left(level: flo
         does = [_does(10 * seed + k) for k in range(3)]
         left = [level * _slow(100 + 10 * seed + k, correlated) for k in range(3)]
         assert _uneven(does, left) < 0.1
+
+
+def test_it_is_read_where_the_cause_does_most() -> None:
+    # a slope over next to nothing, beside noise, says nothing
+    does = [_does(k) for k in range(3)]
+    left = [0.5 * _slow(10 + k, 5) for k in range(3)]
+    assert _uneven(does, left, also=1e-4) == _uneven(does, left) < 0.1
 
 
 def test_what_is_there_for_a_part_of_a_log_only_is_uneven() -> None:

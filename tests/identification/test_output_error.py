@@ -81,8 +81,9 @@ def test_a_step_cannot_identify_the_stribeck_speed_or_shape_and_says_so() -> Non
         assert found[name].value == pytest.approx(dict(zip(LUGRE_NAMES, START.values(), strict=True))[name])
         assert "multisine" in found[name].experiment or "plateaus" in found[name].experiment
     assert found["viscous"].verdict is Determination.IDENTIFIED
-    # seven intervals that each hold the truth nine times in ten
-    assert sum(_covers(fit).values()) >= 6
+    # break-away is known to miss: its interval is narrowed by what slopes at the best fit say of the residuals'
+    # correlation (a tenth of the variance), and along this flat valley slopes do not stay what they are
+    assert all(covers for name, covers in _covers(fit).items() if name != "breakaway")
 
 
 def test_sensitivities_tell_what_the_motion_depends_on() -> None:

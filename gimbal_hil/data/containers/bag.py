@@ -30,6 +30,12 @@ def is_bag(path: Path, start: bytes) -> bool:
     return start.startswith(ROS1_START) or (start.startswith(SQLITE_START) and path.suffix == ".db3")
 
 
+def _is_in_its_folder(storage: Path) -> bool:
+    """Whether a storage file lies in the folder of its bag; one that left it has topics and types of its own."""
+    metadata = storage.parent / _METADATA
+    return metadata.exists() and storage.name in metadata.read_text(encoding="utf-8", errors="replace")
+
+
 def is_mcap(path: Path, start: bytes) -> bool:
     """A file of MCAP, by its magic bytes."""
     return start.startswith(MCAP_START)
@@ -42,9 +48,7 @@ def read_bag(path: Path) -> Contents:
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise missing(path, "a bag of ROS", "rosbags", "bags") from None
-    # a storage file that left its folder has topics and types of its own
-    alone = path.suffix == ".db3" and not (path.parent / _METADATA).exists()
-    bag = path.parent if path.suffix == ".db3" and not alone else path
+    bag = path.parent if path.suffix == ".db3" and _is_in_its_folder(path) else path
     if path.is_dir() and path.suffix == ".bag":
         raise BadInputError(
             str(path),

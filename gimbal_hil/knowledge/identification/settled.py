@@ -10,10 +10,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gimbal_hil.knowledge.identification.averaging import Vector
-from gimbal_hil.knowledge.identification.estimate import Determination, Estimate, Interval, settle, withheld
+from gimbal_hil.knowledge.identification.estimate import (
+    Determination,
+    Estimate,
+    Interval,
+    number_text,
+    settle,
+    withheld,
+)
 from gimbal_hil.knowledge.identification.least_squares import LeastSquaresFit, refit_with_fixed
 from gimbal_hil.knowledge.identification.profile import ProfileTask, profile_interval
 
+#: from best to least
 _WORTH = (Determination.IDENTIFIED, Determination.WEAKLY_IDENTIFIED, Determination.NOT_IDENTIFIED)
 
 
@@ -37,10 +45,10 @@ def settle_parameters(
     """Estimates of the first `len(asked)` parameters, and the fit that holds with the undetermined ones at their prior.
 
     An interval is that of the joint fit, in which nothing was fixed, stretched to hold the value after the refit:
-    fixing one parameter at its prior must not make another look better known than the data alone make it; and one whose
-    interval is worth no name at the value it then has goes back to its prior as well. `bias`,
-    (p,), is how far the fit is known to lie off by the method's own fault: estimates are without it, and intervals hold
-    what they hold with it and without. The fit that is answered has it, as what it simulates has.
+    fixing one parameter at its prior must not make another look better known than the data alone make it. One whose
+    interval is too wide for the value that it then has goes back to its prior as well. `bias`, (p,), is how far the fit
+    is known to lie off by the method's own fault: estimates are without it, and intervals hold what they hold with it
+    and without. The fit that is answered has it, as what it simulates has.
     """
     intervals = {index: profile_interval(task, index) for index, one in enumerate(asked) if not one.silent}
     off = np.zeros(len(task.best.values)) if bias is None else bias
@@ -52,33 +60,38 @@ def settle_parameters(
         else:
             fitted = float(task.best.values[index] - off[index])
             estimates.append(settle(one.name, fitted, intervals[index], one.unit, one.prior, one.experiment))
-    found, best, fixed = tuple(estimates), task.best, _undetermined(estimates)
-    while fixed:
+    joint, found, best = tuple(estimates), tuple(estimates), task.best
+    kept = _at_their_prior(joint)
+    while kept:
+        fixed = {i: one.value for i, one in kept.items()}
         best = refit_with_fixed(
             task.residuals, task.parameters, task.best.values, fixed, task.difference_step, task.tolerance
         )
         values = best.values - off
-        found = tuple(e if i in fixed else _moved(e, float(values[i]), asked[i]) for i, e in enumerate(found))
-        more = _undetermined(found)
-        if more.keys() == fixed.keys():
+        found = tuple(kept.get(i) or _moved(e, float(values[i]), asked[i]) for i, e in enumerate(joint))
+        more = _at_their_prior(found)
+        if len(more) == len(kept):
             break
-        fixed = more
+        kept = more
     return found, best
 
 
-def _undetermined(estimates: Sequence[Estimate]) -> dict[int, float]:
-    """Values of those that stay at their prior, by place."""
-    open_ones = (i for i, one in enumerate(estimates) if one.verdict is Determination.NOT_IDENTIFIED)
-    return {i: estimates[i].value for i in open_ones if estimates[i].prior is not None}
+def _at_their_prior(estimates: Sequence[Estimate]) -> dict[int, Estimate]:
+    """Those that keep their prior, by place."""
+    open_ones = ((i, one) for i, one in enumerate(estimates) if one.verdict is Determination.NOT_IDENTIFIED)
+    return {i: one for i, one in open_ones if one.prior is not None}
 
 
-def _moved(estimate: Estimate, value: float, asked: Asked) -> Estimate:
-    """An estimate at the value that it has beside those at their prior, and what its interval is worth there where that
-    is less.
+def _moved(joint: Estimate, value: float, asked: Asked) -> Estimate:
+    """An estimate at the value that it has beside those at their prior, with what its interval is worth there where
+    that is less.
     """
-    known = estimate.interval
+    known = joint.interval
     interval = Interval(min(known.low, value), max(known.high, value), known.open_low, known.open_high)
-    there = settle(estimate.name, value, interval, estimate.unit, estimate.prior, asked.experiment)
-    if _WORTH.index(there.verdict) > _WORTH.index(estimate.verdict):
-        return replace(there, fitted=estimate.fitted)
-    return replace(estimate, value=value, interval=interval)
+    there = settle(joint.name, value, interval, joint.unit, joint.prior, asked.experiment)
+    if _WORTH.index(there.verdict) <= _WORTH.index(joint.verdict):
+        return replace(joint, value=value, interval=interval)
+    if there.verdict is not Determination.NOT_IDENTIFIED:
+        return replace(there, fitted=joint.fitted)
+    why = f"beside the priors of others it comes to {number_text(value)}, and its interval is too wide for that"
+    return replace(there, fitted=joint.fitted, interval=known, reason=why)

@@ -189,8 +189,10 @@ class FirstTest:
         look = (
             f"; check gear, encoder counts and `expectation` of {odd}: turn it by hand by a known angle" if odd else ""
         )
+        if not moved:
+            return "first test: none, since no axis has an `expectation`"
         said = "first test: each axis turns as its torque, gyro and encoder say"
-        return f"{said}; motion, of what is expected: {shares}{look}" if moved else said
+        return f"{said}; motion, of what is expected: {shares}{look}"
 
     def _again(self, why: str) -> str:
         self.state, self.spoilt = FirstTestState.DUE, why

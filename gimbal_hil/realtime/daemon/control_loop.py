@@ -71,15 +71,6 @@ _SERVICE_CHECK = Duration(20_000_000)
 #: after a stop the drive is given this long to come to rest and switch off before the process ends
 _LEAVE_TIMEOUT = Duration(3_000_000_000)
 
-
-#: drive states in which it applies no torque
-_DRIVE_OFF = (
-    DriveState.NOT_READY,
-    DriveState.SWITCH_ON_DISABLED,
-    DriveState.READY_TO_SWITCH_ON,
-    DriveState.SWITCHED_ON,
-    DriveState.FAULT,
-)
 #: before the antenna has answered
 _CONNECTING = (HostState.WAITING, HostState.SYNCHRONISING)
 _STARTS = (CommandKind.START, CommandKind.START_WITH_IMAGE)
@@ -157,7 +148,7 @@ class ControlLoop:
         self._stopping_since = 0
         self._leaving = LoopEnd(EXIT_DONE, "")
         self.ending: LoopEnd | None = None
-        if first_test is not None:
+        if first_test is not None and first_test.state is FirstTestState.DUE:
             self._tell_first_test("the antenna is tried with a small torque before its first motion", first_test)
 
     def interrupt(self, reason: str) -> None:
@@ -387,7 +378,7 @@ class ControlLoop:
         if not self._link.is_open or self._host.link_status is LinkStatus.LOST:
             return True
         state = DriveState(int(self._host.memory.G[DRIVE_STATE]))
-        return state in _DRIVE_OFF or (state is DriveState.QUICK_STOP_ACTIVE and self._at_rest())
+        return not state.gives_torque or (state is DriveState.QUICK_STOP_ACTIVE and self._at_rest())
 
     def _at_rest(self) -> bool:
         H, C = self._host.memory.H, self._host.memory.C

@@ -150,9 +150,9 @@ class LiveView:
         row = self.row if self.row is not None else np.zeros(1, TICK_ROW)[0]
         state, fault = word_of(HostState(int(row["host_state"]))), self.drive_fault
         told_fault = None if fault is None else word_of(fault)
-        trouble = trouble_of(
-            state, self.cause, told_fault, self.complaint, self.stopped_s, self._tripped.get(self.cause, ())
-        )
+        axes, link = self._tripped.get(self.cause, ()), LinkStatus(int(row["link_status"]))
+        heard = self.drive_state if link is not LinkStatus.LOST else None
+        trouble = trouble_of(state, self.cause, told_fault, self.complaint, self.stopped_s, axes, heard)
         return {
             "tick": int(row["tick"]),
             "time_ns": int(row["time_ns"]),
@@ -163,7 +163,7 @@ class LiveView:
             "cause": self.cause,
             "guard": self.guard,
             "guard_trips": {guard: count for guard, count in self.trips.items() if count},
-            "link": word_of(LinkStatus(int(row["link_status"]))),
+            "link": word_of(link),
             "drive_state": word_of(self.drive_state) if self.drive_state is not None else None,
             "drive_told": DRIVE_TOLD[self.drive_state] if self.drive_state is not None else None,
             "drive_fault": told_fault,

@@ -53,10 +53,16 @@ class StopTold:
 
 
 def trouble_of(
-    state: str, cause: str, drive_fault: str | None, complaint: str, since_s: float, axes: Sequence[str] = ()
+    state: str,
+    cause: str,
+    drive_fault: str | None,
+    complaint: str,
+    since_s: float,
+    axes: Sequence[str] = (),
+    drive: DriveState | None = None,
 ) -> StopTold | None:
     """The stop that the host is in, by its state and why it last changed that (`word_of`), on these axes where they are
-    known; None where it is in none.
+    known, and the state of the drive while it is heard; None where it is in none.
 
     An operator's own stop is one only where it is left by a reset.
     """
@@ -64,7 +70,8 @@ def trouble_of(
     if guard is None:
         if state != _STOPS[0]:
             return None
-        return StopTold(_QUICK_STOP, "", since_s, "the drive brakes, holds, then switches off", "", "operator's reset")
+        brakes = _now("the drive brakes, holds, then switches off", drive)
+        return StopTold(_QUICK_STOP, "", since_s, brakes, "", "operator's reset")
     fault = _FAULTS.get(drive_fault or "") if cause == _DRIVE_FAULT else None
     what, why = cause, guard.trigger
     if cause == _DRIVE_FAULT and drive_fault not in (None, "none"):
@@ -76,7 +83,7 @@ def trouble_of(
         f"{what.replace('_', ' ')}{where}",
         _plain(why),
         since_s,
-        _plain(happens),
+        _now(_plain(happens), drive),
         _plain(guard.look_at),
         _plain(guard.reset),
     )
@@ -92,6 +99,11 @@ def told_state(state: str, cause: str) -> str:
     if cause == word_of(HostCause.NONE):
         return state
     return f"{state}, by {_OTHERWISE.get(cause, cause.replace('_', ' '))}"
+
+
+def _now(happens: str, drive: DriveState | None) -> str:
+    """What the antenna does, by what a stop makes of it; that is over where a drive that is heard gives no torque."""
+    return happens if drive is None or drive.gives_torque else f"the drive gives no torque (the stop was: {happens})"
 
 
 def _plain(text: str) -> str:

@@ -234,10 +234,11 @@ class DaemonAntennaOfTest(AntennaOfTest):
             try:
                 client = client or OperatorClient(self.folder)
                 status = client.request("status")["status"]
-                said = str(status["host_state"])
+                state, test = status["host_state"], status["first_test"]
                 # the daemon's own test moves the antenna first
-                if said in (_IDLE, _ACTIVE) and status["first_test"] in (None, FirstTestState.PASSED.value):
+                if state in (_IDLE, _ACTIVE) and test in (None, FirstTestState.PASSED.value):
                     return client
+                said = f"{state}, first test {test or 'none'}"
             except (BadInputError, LinkError) as error:
                 said = str(error)
             time.sleep(_LOOK_S)

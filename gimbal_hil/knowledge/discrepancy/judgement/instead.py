@@ -1,11 +1,12 @@
-"""What takes the place of a cause while the set is judged: what surely explains more, what needs nothing new, and what
-with one cause more explains more than the set does with that cause.
+"""What takes the place of a cause while the set is judged: what surely explains more, what needs nothing new, several
+numbers of the model that it makes up for, and what with one cause more explains more than the set does with that cause.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from gimbal_hil.knowledge.discrepancy.hypotheses import at_bound
 from gimbal_hil.knowledge.discrepancy.inquiry import (
     MOST_CAUSES,
     Inquiry,
@@ -48,10 +49,10 @@ def better_instead(
 ) -> State | None:
     """The state with another cause in the place of one that it surely beats, or of one at its bound, where that is no
     longer what its name says, if it leaves little more than a cause must take to be told; or with what needs nothing
-    new, where data do not tell the two apart. None where there is none.
+    new, where data do not tell the two apart; or with several numbers that are off. None where there is none.
 
-    What was `replaced` comes back only where it surely explains more, and then it stays: causes that take each other's
-    place in turn are alternatives, to be judged as such.
+    What was `replaced` comes back only where it is one cause that surely explains more, and then it stays: causes that
+    take each other's place in turn are alternatives, to be judged as such.
     """
     for standing in found:
         for rival in standing.rivals:
@@ -119,19 +120,24 @@ def _is_plainer(rival: Rival, standing: Standing) -> bool:
 def _by_numbers(
     inquiry: Inquiry, state: State, found: tuple[Standing, ...], replaced: set[frozenset[tuple[str, str]]]
 ) -> State | None:
-    """The state with several known numbers as causes in the place of one cause, where these surely and clearly explain
-    more: a search that adds one cause after another first finds what makes up for many numbers at once. Of several such
-    sets the one that leaves least, without those that do not pay. None where there is none.
+    """The state with several known numbers as causes, where in the place of one cause they surely and clearly explain
+    more: a search that adds one cause after another first finds what makes up for many numbers at once. They are put
+    beside that cause, and whatever does not pay goes. None where nothing surely better is left.
     """
-    better = []
-    for rival in (rival for standing in found for rival in standing.rivals if not rival.is_cause):
-        if len(set_of(rival.state) | set(rival.labels)) <= MOST_CAUSES and _beats(inquiry, rival.state, state):
-            better.append(as_causes(inquiry, rival.state, rival.labels))
-    better = [one for one in better if _beats(inquiry, one, state)]
-    if not better:
-        return None
-    several, _ = pruned(inquiry, min(better, key=lambda one: float(np.sum(squares_of(one)))))
-    return None if set_of(several) in replaced else settled(inquiry, several)
+    rivals = [rival for standing in found for rival in standing.rivals if not rival.is_cause]
+    for rival in sorted(rivals, key=lambda rival: float(np.sum(squares_of(rival.state)))):
+        if len(rival.labels) > MOST_CAUSES or not _beats(inquiry, rival.state, state):
+            continue
+        several, _ = pruned(inquiry, as_causes(inquiry, state, rival.labels))
+        new = set_of(several) - set_of(state)
+        if not new or len(set_of(several)) > MOST_CAUSES or set_of(several) in replaced:
+            continue
+        several = settled(inquiry, several)
+        places = (i for i, label in enumerate(several.hypothesis.labels) if label in new)
+        sound = not any(at_bound(inquiry.twin, several.hypothesis, i) for i in places)
+        if sound and surely(inquiry, state, several) > inquiry.policy.anew:
+            return several
+    return None
 
 
 def _beats(inquiry: Inquiry, new: State, old: State) -> bool:

@@ -142,8 +142,6 @@ def _standing(
     rivals = rivals_of(inquiry, path, bereft, state, label, missing) if is_asked else ()
     late = gain_on(inquiry, without, state, "untouched")
     bare = refitted(inquiry, state, rest, rounds=0)
-    # what takes most of a channel may take it from others, through which nothing of it acts there
-    acts_on = int(np.argmax(rms(_rows(bare) - _rows(state))))
     # of a number that is off, the same number within its uncertainty took a part before
     there = stated if CATALOGUE[label[0]].is_number else null
     return Standing(
@@ -154,7 +152,7 @@ def _standing(
         bound, _unseen(inquiry, state, bare), channel,
         float(np.sum(mean_squares(without.held_out()) - mean_squares(state.held_out()))), taken,
         _explains(inquiry, null, without, taken),
-        _any_curve(inquiry, without, state, entries), unevenness(inquiry, bare, state, acts_on),
+        _any_curve(inquiry, without, state, entries), unevenness(inquiry, bare, state),
         min(strength_error(inquiry, state, i) for i in entries),
         float((rms(_rows(bare) - _rows(state)) / np.maximum(rms(_rows(there)), 1.0))[channel]),
     )  # fmt: skip

@@ -23,12 +23,17 @@ from gimbal_hil.knowledge.estimation import block_sums, decorrelation_rows
 _STRETCHES, _BLOCKS, _A_BLOCK = 6, 4, 3.0
 
 
-def unevenness(inquiry: Inquiry, without: State, state: State, channel: int) -> float:
-    """Standard deviation of a cause's strength over stretches of all logs, beyond chance, as a share of its strength.
+def unevenness(inquiry: Inquiry, without: State, state: State) -> float:
+    """Standard deviation of a cause's strength over stretches of all logs, beyond chance, as a share of its strength;
+    of the channel on which it does most: what it takes of others may be by what gives way to it.
 
-    `without` is the state once the cause is taken away, everything else as it stands; of one channel.
+    `without` is the state once the cause is taken away, everything else as it stands.
     """
-    stretches = np.vstack([np.zeros((0, 3)), *(_strengths(*log) for log in _logs(inquiry, without, state, channel))])
+    logs = list(_logs(inquiry, without, state))
+    if not logs:
+        return 0.0
+    channel = int(np.argmax(sum(np.sum(does**2, axis=0) for does, _ in logs)))
+    stretches = np.vstack([np.zeros((0, 3)), *(_strengths(does[:, channel], left[:, channel]) for does, left in logs)])
     if len(stretches) < _STRETCHES:
         return 0.0
     strength, error, own = stretches.T
@@ -66,13 +71,13 @@ def _strengths(does: Floats, left: Floats) -> Floats:
     return np.column_stack([1.0 + slopes, squares / np.sum(own) / own, own])
 
 
-def _logs(inquiry: Inquiry, without: State, state: State, channel: int) -> Iterator[tuple[Floats, Floats]]:
-    """What a cause does and what is left beside it, log by log, fitted ones first; a log that the twin cannot carry
-    without the cause, or with it, says nothing of its strength.
+def _logs(inquiry: Inquiry, without: State, state: State) -> Iterator[tuple[Floats, Floats]]:
+    """What a cause does and what is left beside it, (rows, channels) of each log, fitted ones first; a log that the
+    twin cannot carry without the cause, or with it, says nothing of its strength.
     """
     cuts = np.cumsum(inquiry.held_counts)[:-1]
     bare = [*inquiry.split(without.fitted), *np.split(inquiry.in_order(without), cuts)]
     left = [*inquiry.split(state.fitted), *np.split(inquiry.in_order(state), cuts)]
     for one, other in zip(bare, left, strict=True):
         if max(np.max(np.abs(one), initial=0.0), np.max(np.abs(other), initial=0.0)) < BROKEN:
-            yield one[:, channel] - other[:, channel], other[:, channel]
+            yield one - other, other

@@ -82,16 +82,12 @@ def numbers_instead(
     return (free, found) if found else None
 
 
-def as_causes(inquiry: Inquiry, free: State, labels: Collection[tuple[str, str]]) -> State:
-    """A state in which known numbers left their uncertainty, with the causes that those are told as; all others are
-    held within theirs again.
-    """
-    stated = {(known.axis, known.path): known for known in known_numbers(inquiry.twin.model)}
-    floating = tuple(stated.get((known.axis, known.path), known) for known in free.hypothesis.floating)
-    wanted = replace(free.hypothesis, floating=floating)
+def as_causes(inquiry: Inquiry, state: State, labels: Collection[tuple[str, str]]) -> State:
+    """A state with the causes that known numbers are told as (`numbers_instead`), refitted."""
+    wanted = state.hypothesis
     for family in (family for family in inquiry.families if family.label in labels):
         wanted = wanted.plus(Cause(family, (0.0,) * len(family.knobs)))
-    return refitted(replace(inquiry, known=None), free, wanted, rounds=8)
+    return refitted(replace(inquiry, known=None), state, wanted, rounds=8)
 
 
 def _giving_way(inquiry: Inquiry, state: State, label: tuple[str, str]) -> Hypothesis:

@@ -57,10 +57,13 @@ function tell_trouble(s) {
     const line = (text, tag) => { const one = document.createElement(tag); one.textContent = text; return one; };
     const head = line("", "p"), since = line("", "span"), by = t.left_by.includes("reset");
     since.id = "trouble_since"; since.setAttribute("aria-hidden", "true");
+    const now = line("", "p"); now.id = "trouble_now";
     head.append(line("Stopped: " + t.what, "b"), " ", since);
-    box.replaceChildren(head, ...(t.why ? [line(t.why[0].toUpperCase() + t.why.slice(1) + ".", "p")] : []), line("Now: " + t.happens + ".", "p"), line((t.look_at ? "Look at " + t.look_at + ". " : "")
+    box.replaceChildren(head, ...(t.why ? [line(t.why[0].toUpperCase() + t.why.slice(1) + ".", "p")] : []), now, line((t.look_at ? "Look at " + t.look_at + ". " : "")
       + "To go on: " + (by ? "Arm, then Reset fault (or gimbal-hil reset)." : t.left_by + "."), "p"));
   }
+  const now = "Now: " + t.happens + ".";
+  if ($("trouble_now").textContent !== now) $("trouble_now").textContent = now;
   $("trouble_since").textContent = "for " + Math.max(0, s.time_ns / 1e9 - t.since_s).toFixed(0) + " s (since " + t.since_s.toFixed(1) + " s of the run)";
 }
 // radians of one unit of the set-points: they are written in radians or degrees, and sent in radians
