@@ -222,6 +222,48 @@ def test_of_two_that_take_each_others_place_in_turn_the_one_that_explains_surely
     assert [one.standing.label for one in found.told] == [spring] and found.kind is Kind.AMBIGUOUS and not went
 
 
+@pytest.mark.parametrize(("spring_does_as_well", "ripple"), [(False, False), (True, False), (False, True)])
+def test_where_a_gap_is_left_a_rival_with_one_cause_beside_it_is_weighed_against_the_cause_with_the_same(
+    spring_does_as_well: bool, ripple: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spring, unbalance, offset = ((name, "inner") for name in ("cable_spring", "static_unbalance", "coulomb_asymmetry"))
+
+    class Held(SimpleNamespace):
+        """A hypothesis by its labels."""
+
+        def plus(self, cause: Any) -> Any:
+            return Held(labels=(*self.labels, cause.label), causes=(*self.causes, cause))
+
+    def state(*labels: Label) -> Any:
+        causes = tuple(SimpleNamespace(label=one, family=SimpleNamespace(ripple=ripple)) for one in labels)
+        return SimpleNamespace(hypothesis=Held(labels=labels, causes=causes))
+
+    rival: Any = SimpleNamespace(
+        state=state(unbalance), label=unbalance, is_cause=True, same=False, is_there=False, at_bound=(), extra=0.9,
+        close=lambda _: False, plainer=None,
+    )  # fmt: skip
+    weighed: list[tuple[Label, ...]] = []
+
+    def surely(inquiry: Any, old: Any, new: Any) -> float:
+        weighed.append(old.hypothesis.labels)
+        return 0.0 if spring_does_as_well else 9.0
+
+    monkeypatch.setattr(instead, "stands_out", lambda *_: True)
+    monkeypatch.setattr(instead, "extended", lambda *_: SimpleNamespace(state=state(unbalance, offset)))
+    monkeypatch.setattr(instead, "refitted", lambda inquiry, state, hypothesis: SimpleNamespace(hypothesis=hypothesis))
+    monkeypatch.setattr(instead, "settled", lambda inquiry, state: state)
+    monkeypatch.setattr(instead, "surely", surely)
+    monkeypatch.setattr(instead, "clearly_better", lambda *_: not spring_does_as_well)
+    inquiry: Any = SimpleNamespace(policy=Policy(), tell=lambda _: None)
+    standing = replace(SOUND, label=spring, rivals=(rival,))
+    found = instead.better_instead(inquiry, state(spring), (standing,), set(), SimpleNamespace(heard=()))  # type: ignore[arg-type]
+    if spring_does_as_well or ripple:
+        assert found is None
+    else:
+        assert found is not None and found.hypothesis.labels == (unbalance, offset)
+    assert all(one == (spring, offset) for one in weighed) and bool(weighed) is not ripple
+
+
 GAIN, WEIGHT, LEVEL, BRISTLE = (
     (name, "inner") for name in ("torque_gain", "static_unbalance", "coulomb", "presliding")
 )

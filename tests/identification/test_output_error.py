@@ -69,21 +69,32 @@ def test_a_reversing_multisine_identifies_what_slides_and_what_bends() -> None:
         assert found[name].value == pytest.approx(TRUE[name], rel=0.05)
 
 
-@pytest.mark.heavy
-def test_a_step_cannot_identify_the_stribeck_speed_or_shape_and_says_so() -> None:
+@pytest.fixture(scope="module")
+def of_a_step() -> OutputErrorFit:
+    """All seven numbers, from one step of torque."""
     torque = np.where(np.arange(1500) < 200, 0.0, 0.6)
-    fit = fit_output_error(
-        [_record(torque, "step")], INERTIA, START, LUGRE_NAMES, ENCODER_STEP, OutputErrorRule(starts=1, substep_s=5e-4)
-    )
-    found = {e.name: e for e in fit.estimates}
+    rule = OutputErrorRule(starts=1, substep_s=5e-4)
+    return fit_output_error([_record(torque, "step")], INERTIA, START, LUGRE_NAMES, ENCODER_STEP, rule)
+
+
+@pytest.mark.heavy
+def test_a_step_cannot_identify_the_stribeck_speed_or_shape_and_says_so(of_a_step: OutputErrorFit) -> None:
+    found = {e.name: e for e in of_a_step.estimates}
     for name in ("stribeck_velocity", "shape"):
         assert found[name].verdict is Determination.NOT_IDENTIFIED
         assert found[name].value == pytest.approx(dict(zip(LUGRE_NAMES, START.values(), strict=True))[name])
         assert "multisine" in found[name].experiment or "plateaus" in found[name].experiment
     assert found["viscous"].verdict is Determination.IDENTIFIED
-    # break-away is known to miss: its interval is narrowed by what slopes at the best fit say of the residuals'
-    # correlation (a tenth of the variance), and along this flat valley slopes do not stay what they are
-    assert all(covers for name, covers in _covers(fit).items() if name != "breakaway")
+    assert all(covers for name, covers in _covers(of_a_step).items() if name != "breakaway")
+
+
+@pytest.mark.heavy
+@pytest.mark.xfail(
+    strict=True,
+    reason="narrowed by what slopes at the best fit say of correlated residuals, which this flat valley does not keep",
+)
+def test_the_interval_of_a_break_away_that_a_step_does_not_show_holds_the_truth(of_a_step: OutputErrorFit) -> None:
+    assert _covers(of_a_step)["breakaway"]
 
 
 def test_sensitivities_tell_what_the_motion_depends_on() -> None:

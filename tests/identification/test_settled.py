@@ -16,7 +16,7 @@ PRIORS = (1.0, 1.0, 1.0)
 
 
 def _task() -> ProfileTask:
-    """Of three numbers only the sum of the first two, the sum of the last two and the third's size are seen."""
+    """The first two are seen by their sum, 6, the third as three times the second; at 2, 4 and 12 all is in place."""
 
     def residuals(x: np.ndarray) -> np.ndarray:
         return np.array([x[0] + x[1] - 6.0, 10.0 * (x[2] - 3.0 * x[1]), 0.01 * (x[0] - 2.0), 0.01 * (x[2] - 12.0)])

@@ -30,12 +30,6 @@ def is_bag(path: Path, start: bytes) -> bool:
     return start.startswith(ROS1_START) or (start.startswith(SQLITE_START) and path.suffix == ".db3")
 
 
-def _is_in_its_folder(storage: Path) -> bool:
-    """Whether a storage file lies in the folder of its bag; one that left it has topics and types of its own."""
-    metadata = storage.parent / _METADATA
-    return metadata.exists() and storage.name in metadata.read_text(encoding="utf-8", errors="replace")
-
-
 def is_mcap(path: Path, start: bytes) -> bool:
     """A file of MCAP, by its magic bytes."""
     return start.startswith(MCAP_START)
@@ -48,7 +42,6 @@ def read_bag(path: Path) -> Contents:
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise missing(path, "a bag of ROS", "rosbags", "bags") from None
-    bag = path.parent if path.suffix == ".db3" and _is_in_its_folder(path) else path
     if path.is_dir() and path.suffix == ".bag":
         raise BadInputError(
             str(path),
@@ -56,7 +49,7 @@ def read_bag(path: Path) -> Contents:
             f"another name, as in mv {path.name} {path.stem}_bag",
         )
     kind = "bag of ROS 1" if path.suffix == ".bag" else "bag of ROS 2"
-    with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
         found: dict[str, list[tuple[int, object]]] = {}
         unread: set[str] = set()
         for connection, stamp_ns, raw in reader.messages():

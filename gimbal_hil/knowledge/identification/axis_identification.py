@@ -364,8 +364,7 @@ def _possible(rigid: RigidAxisFit | None, given: Mapping[str, float]) -> dict[st
 
 def _rank(estimate: Estimate) -> tuple[int, float]:
     """Better verdict first, then the narrower interval."""
-    order = (Determination.IDENTIFIED, Determination.WEAKLY_IDENTIFIED, Determination.NOT_IDENTIFIED)
-    return order.index(estimate.verdict), estimate.interval.high - estimate.interval.low
+    return estimate.verdict.rank, estimate.interval.high - estimate.interval.low
 
 
 def _break_aways(evidence: Evidence, friction: LugreFriction, step: float) -> tuple[BreakAway, ...]:

@@ -13,11 +13,16 @@ WEAK_RELATIVE_WIDTH = 1.0
 
 
 class Determination(Enum):
-    """How far the data determine a parameter."""
+    """How far the data determine a parameter, from best to least."""
 
     IDENTIFIED = "identified"
     WEAKLY_IDENTIFIED = "weakly_identified"
     NOT_IDENTIFIED = "not_identified"
+
+    @property
+    def rank(self) -> int:
+        """Place in that order, from zero."""
+        return list(Determination).index(self)
 
 
 @dataclass(frozen=True)

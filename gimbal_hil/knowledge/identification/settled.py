@@ -21,9 +21,6 @@ from gimbal_hil.knowledge.identification.estimate import (
 from gimbal_hil.knowledge.identification.least_squares import LeastSquaresFit, refit_with_fixed
 from gimbal_hil.knowledge.identification.profile import ProfileTask, profile_interval
 
-#: from best to least
-_WORTH = (Determination.IDENTIFIED, Determination.WEAKLY_IDENTIFIED, Determination.NOT_IDENTIFIED)
-
 
 @dataclass(frozen=True)
 class Asked:
@@ -89,7 +86,7 @@ def _moved(joint: Estimate, value: float, asked: Asked) -> Estimate:
     known = joint.interval
     interval = Interval(min(known.low, value), max(known.high, value), known.open_low, known.open_high)
     there = settle(joint.name, value, interval, joint.unit, joint.prior, asked.experiment)
-    if _WORTH.index(there.verdict) <= _WORTH.index(joint.verdict):
+    if there.verdict.rank <= joint.verdict.rank:
         return replace(joint, value=value, interval=interval)
     if there.verdict is not Determination.NOT_IDENTIFIED:
         return replace(there, fitted=joint.fitted)
